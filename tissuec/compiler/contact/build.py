@@ -132,9 +132,9 @@ def contact_of(
     if law is None:
         return None
     points = face_points(network, tools, law)
-    threaded = bool(_touchable(network, points).size.any())
+    touchable = _touchable(network, points)
     sides = None if points is None else points.sides(network, tools, law)
-    skins = _of_skins(network, law, points, sides, threaded=threaded)
+    skins = _of_skins(network, law, points, sides, threaded=bool(touchable.size.any()))
     parts = [_of_tools(network, tools), _of_threads(network), skins]
     columns = ([getattr(part, name) for part in parts] for name in Faces.__struct_fields__)
     faces = Faces(*map(np.concatenate, columns))
@@ -147,7 +147,6 @@ def contact_of(
     from tissuec.forces.contact.contact import Contact  # where something touches
     from tissuec.forces.contact.sides import Meetings
 
-    touchable = _touchable(network, points)
     shapes = np.concatenate([faces.points, shared.points])
     contact = Contact(
         nodes=touchable.nodes,

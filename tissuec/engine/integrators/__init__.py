@@ -26,7 +26,7 @@ Shared arguments:
 from typing import ClassVar, Protocol
 
 from tissuec.core.registry import Family
-from tissuec.kernels.records import Floats, Tableau, Work
+from tissuec.kernels.records import Floats, Net, Tableau, Work
 
 
 class Integrator(Protocol):
@@ -62,28 +62,28 @@ class Integrator(Protocol):
     """
 
     order: ClassVar[int]
-    symplectic: ClassVar[bool]
-    implicit: ClassVar[bool]
-    conservative: ClassVar[bool]
-    promises: ClassVar[bool]
-    stabilised: ClassVar[bool]
+    symplectic: ClassVar[bool] = False
+    implicit: ClassVar[bool] = False
+    conservative: ClassVar[bool] = False
+    promises: ClassVar[bool] = True
+    stabilised: ClassVar[bool] = False
     evaluations: ClassVar[int]
     rows: ClassVar[int]
     end_row: ClassVar[int]
     control_order: ClassVar[float]
     safety: ClassVar[float]
     share: ClassVar[float]
-    latitude: ClassVar[float]
-    amplification: ClassVar[float]
+    latitude: ClassVar[float] = 1.0
+    amplification: ClassVar[float] = 0.0
     looks: ClassVar[int]
-    nearness: ClassVar[float]
+    nearness: ClassVar[float] = 0.9
     tableau: ClassVar[Tableau | None]
     dense_x: ClassVar[Floats]
     dense_v: ClassVar[Floats]
     embedded_x: ClassVar[Floats]
 
-    @staticmethod
-    def stability_limit(omega: float, zeta: float) -> float:
+    @classmethod
+    def stability_limit(cls, omega: float, zeta: float) -> float:
         """Return the largest stable step [s].
 
         Args:
@@ -93,7 +93,7 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
-    def step(time: float, end: float, current: int, work: Work, net: object) -> bool:
+    def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
         """Set the state at ``end``; return whether a spring is near its strength."""
         ...
 
@@ -107,7 +107,7 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
-    def book(time: float, end: float, current: int, work: Work, net: object) -> float:
+    def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
         """Set the ledger at the step's end; return its largest local error [J].
 
         Called after each accepted step, where work and dissipation are integrated.
@@ -115,12 +115,12 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
-    def finish(time: float, end: float, current: int, work: Work, net: object) -> bool:
+    def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
         """Complete an accepted step with accelerations; return the same as ``step``."""
         ...
 
     @staticmethod
-    def prepare(time: float, end: float, current: int, work: Work, net: object) -> None:
+    def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
         """Fill the rows that ``dense_x`` and ``dense_v`` combine."""
         ...
 

@@ -257,7 +257,7 @@ class Dirk(RungeKutta):
     finish = staticmethod(finish)
     propose = staticmethod(propose)
 
-    @staticmethod
-    def stability_limit(omega: float, zeta: float) -> float:
+    @classmethod
+    def stability_limit(cls, omega: float, zeta: float) -> float:
         """Return infinity: no step is too large."""
         return inf

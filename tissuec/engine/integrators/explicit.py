@@ -115,8 +115,6 @@ def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, fl
 class Explicit(RungeKutta):
     """Common base of explicit members."""
 
-    implicit = False
-
     step = staticmethod(step)
     estimate = staticmethod(estimate)
     book = staticmethod(book)
@@ -129,8 +127,10 @@ class Explicit(RungeKutta):
         fastest = zeta + np.emath.sqrt(zeta * zeta - 1.0)
         if omega == 0.0:
             return float(np.inf)
-        result = cls.tableau.result
-        weights = cls.tableau.for_v[: result + 1, 1 : result + 1]
+        tableau = cls.tableau
+        assert tableau is not None, "explicit members have one"
+        result = tableau.result
+        weights = tableau.for_v[: result + 1, 1 : result + 1]
         before, after = 0.0, 2.0 * result
         for spacing in (10.0 * FINE, FINE):
             reach = np.arange(before + spacing, after + 0.5 * spacing, spacing)

@@ -21,7 +21,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from tissuec.engine.integrators import INTEGRATORS, hermite
+from tissuec.engine.integrators import INTEGRATORS, Integrator, hermite
 from tissuec.forces.accelerations import force, greatest_force, greatest_inner_force, place
 from tissuec.kernels.records import Floats, Net, Work
 from tissuec.kernels.vectors import accumulate, length, scale
@@ -171,7 +171,7 @@ def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, fl
 
 
 @INTEGRATORS.member("propagation")
-class Propagation:
+class Propagation(Integrator):
     """Propagation: the published procedure, a frame of symplectic Euler steps.
 
     Its Table 1 taken at its word, for comparison: ``step`` is a frame, within which steps are
@@ -180,10 +180,6 @@ class Propagation:
     """
 
     order = 1
-    symplectic = False
-    implicit = False
-    conservative = False
-    stabilised = False
     promises = False
     evaluations = 55
     rows = ROWS
@@ -191,10 +187,7 @@ class Propagation:
     control_order = 1.0
     safety = 1.0
     share = 0.01
-    latitude = 1.0
-    amplification = 0.0
     looks = 8
-    nearness = 0.9
     tableau = None
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
@@ -207,7 +200,7 @@ class Propagation:
     prepare = staticmethod(hermite.prepare)
     propose = staticmethod(propose)
 
-    @staticmethod
-    def stability_limit(omega: float, zeta: float) -> float:
+    @classmethod
+    def stability_limit(cls, omega: float, zeta: float) -> float:
         """Return 2 (√(1 + ζ²) - ζ) / ω, the limit of symplectic Euler with the old velocity."""
         return 2.0 * (sqrt(1.0 + zeta * zeta) - zeta) / omega if omega else np.inf

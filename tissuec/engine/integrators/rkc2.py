@@ -10,7 +10,7 @@ from math import exp, log, sqrt
 
 import numpy as np
 
-from tissuec.engine.integrators import INTEGRATORS, hermite
+from tissuec.engine.integrators import INTEGRATORS, Integrator, hermite
 from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import Floats, Net, Work
 from tissuec.kernels.vectors import accumulate, length, scale
@@ -161,7 +161,7 @@ def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, fl
 
 
 @INTEGRATORS.member("rkc2")
-class Rkc2:
+class Rkc2(Integrator):
     """RKC2: explicit, order 2, as many evaluations per step as stability requires.
 
     Runge-Kutta-Chebyshev (Sommeijer, Shampine & Verwer 1998). For large nets whose dashpots set
@@ -169,10 +169,6 @@ class Rkc2:
     """
 
     order = 2
-    symplectic = False
-    implicit = False
-    conservative = False
-    promises = True
     stabilised = True
     evaluations = 20
     rows = ROWS
@@ -180,10 +176,7 @@ class Rkc2:
     control_order = 2.0
     safety = 0.2
     share = 0.05
-    latitude = 1.0
-    amplification = 0.0
     looks = 4
-    nearness = 0.9
     tableau = None
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
@@ -196,8 +189,8 @@ class Rkc2:
     prepare = staticmethod(hermite.prepare)
     propose = staticmethod(propose)
 
-    @staticmethod
-    def stability_limit(omega: float, zeta: float) -> float:
+    @classmethod
+    def stability_limit(cls, omega: float, zeta: float) -> float:
         """Return the step at which the most stages are needed, or 2 τ = 4 ζ/ω if that is less.
 
         Modes that both swing and are braked lie on a circle |λ + 1/τ| = 1/τ where dashpots are

@@ -93,10 +93,7 @@ class Rkn4(Explicit):
     safety = 0.5
     fading = 4.0
     share = 0.03
-    latitude = 1.0
-    amplification = 0.0
     looks = 4
-    nearness = 0.9
     tableau = _tableau()
 
     step = staticmethod(step)
@@ -121,7 +118,8 @@ def _steps(angles: Floats, zeta: float) -> Floats:
         angles: h ω, shape (step,).
         zeta: Damping ratio.
     """
-    of_x, of_v = Rkn4.tableau.for_x, Rkn4.tableau.for_v[:, 1:]
+    tableau = _tableau()
+    of_x, of_v = tableau.for_x, tableau.for_v[:, 1:]
     start, speed, a = np.eye(3)
     stages, z = [np.broadcast_to(a, (len(angles), 3))], angles[:, None]
     x = v = start

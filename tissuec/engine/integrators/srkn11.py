@@ -12,7 +12,7 @@ from math import inf
 
 import numpy as np
 
-from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.engine.integrators.constant_steps import propose
 from tissuec.engine.integrators.tableaus import nystrom
 from tissuec.forces.accelerations import force, place
@@ -173,7 +173,7 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
 
 
 @INTEGRATORS.member("srkn11")
-class Srkn11:
+class Srkn11(Integrator):
     """SRKN 11(6): symplectic, order 6, 11 evaluations per step; not for viscosity.
 
     The Runge-Kutta-Nyström splitting method of Blanes & Moan (2002). Energies do not drift and
@@ -182,18 +182,13 @@ class Srkn11:
 
     order = 6
     symplectic = True
-    implicit = False
     conservative = True
-    promises = True
-    stabilised = False
     evaluations = 11
     rows = ROWS
     end_row = END
     control_order = 6.0
     safety = 1000.0
     share = 1.0
-    latitude = 1.0
-    amplification = 0.0
     looks = 8
     nearness = 0.85
     tableau = _tableau()
@@ -208,7 +203,7 @@ class Srkn11:
     prepare = staticmethod(prepare)
     propose = staticmethod(propose)
 
-    @staticmethod
-    def stability_limit(omega: float, zeta: float) -> float:
+    @classmethod
+    def stability_limit(cls, omega: float, zeta: float) -> float:
         """Return where the trace of the step's matrix for an oscillator leaves ±2 for good."""
         return STABLE / omega if omega else np.inf

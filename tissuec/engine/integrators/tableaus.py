@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tissuec.engine.integrators import hermite
+from tissuec.engine.integrators import Integrator, hermite
 from tissuec.forces.accelerations import place
 from tissuec.kernels.records import Floats, Net, Tableau, Work
 from tissuec.kernels.stages import combine
@@ -80,21 +80,13 @@ def enter_stage(
     place(then, x, v, net)
 
 
-class RungeKutta:
+class RungeKutta(Integrator):
     """Common base of members with a tableau of Runge-Kutta.
 
     One with stages after its result says how they combine inside of a step: ``dense_x`` and
     ``dense_v``. Of others, what is inside follows from both ends.
     """
 
-    symplectic = False
-    conservative = False
-    promises = True
-    stabilised = False
-    latitude = 1.0
-    amplification = 0.0
-    nearness = 0.9
-    tableau: ClassVar[Tableau]
     evaluations: ClassVar[int]
     rows: ClassVar[int]
     end_row: ClassVar[int]
@@ -105,10 +97,12 @@ class RungeKutta:
 
     def __init_subclass__(cls) -> None:
         """Derive what follows from the tableau."""
-        if not hasattr(cls, "tableau"):
+        super().__init_subclass__()
+        tableau = getattr(cls, "tableau", None)
+        if tableau is None:
             return
-        cls.rows = len(cls.tableau.for_x) + 1
-        cls.end_row = cls.tableau.result + (0 if cls.tableau.carries else 1)
+        cls.rows = len(tableau.for_x) + 1
+        cls.end_row = tableau.result + (0 if tableau.carries else 1)
         if not hasattr(cls, "evaluations"):
             cls.evaluations = cls.end_row - 1
         if not hasattr(cls, "dense_x"):

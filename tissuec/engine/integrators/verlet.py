@@ -10,7 +10,7 @@ from math import sqrt
 
 import numpy as np
 
-from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.engine.integrators.constant_steps import propose
 from tissuec.engine.integrators.tableaus import nystrom
 from tissuec.forces.accelerations import force, place
@@ -78,7 +78,7 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
 
 
 @INTEGRATORS.member("velocity verlet")
-class VelocityVerlet:
+class VelocityVerlet(Integrator):
     """Velocity Verlet: symplectic without viscosity, one force evaluation per step.
 
     x' = x + h v + h²/2 a and v' = v + h/2 (a + a'), where a' sees the predicted velocity
@@ -88,18 +88,12 @@ class VelocityVerlet:
 
     order = 2
     symplectic = True
-    implicit = False
-    conservative = False
-    promises = True
-    stabilised = False
     evaluations = 1
     rows = 3
     end_row = 2
     control_order = 2.0
     safety = 0.5
     share = 0.0125
-    latitude = 1.0
-    amplification = 0.0
     looks = 2
     nearness = 0.97
     tableau = nystrom(FOR_X, FOR_V, FOR_V.sum(axis=1), carries=True)
@@ -115,7 +109,7 @@ class VelocityVerlet:
     prepare = staticmethod(prepare)
     propose = staticmethod(propose)
 
-    @staticmethod
-    def stability_limit(omega: float, zeta: float) -> float:
+    @classmethod
+    def stability_limit(cls, omega: float, zeta: float) -> float:
         """Return 2 (√(1 + 4ζ²) - 2ζ) / ω, the limit of a damped oscillator."""
         return 2.0 * (sqrt(1.0 + 4.0 * zeta * zeta) - 2.0 * zeta) / omega if omega else np.inf

@@ -39,9 +39,9 @@ class ContactPressureField(FrameField):
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:
-        from tissuec.forces.contact.readings import pressures  # where something touches
-
         contact = snapshot.state.touching
         if contact is None:
             return np.zeros(snapshot.position.shape[:-1])
+        from tissuec.forces.contact.readings import pressures  # where something touches
+
         return pressures(contact, snapshot.position)

@@ -324,13 +324,12 @@ def _watched(
 
 def _are_kept_apart(network: Network, one: WatchedSkin, other: WatchedSkin) -> bool:
     """Return whether contact keeps one of two bodies outside of the other at any depth."""
+    if network.contact is None:
+        return False
     from tissuec.forces.contact.readings import keeps_apart  # where something touches
 
-    contact = network.contact
-    return contact is not None and (
-        keeps_apart(contact, one.body.nodes, other.body.nodes)
-        or keeps_apart(contact, other.body.nodes, one.body.nodes)
-    )
+    both = (one.body.nodes, other.body.nodes)
+    return any(keeps_apart(network.contact, *nodes) for nodes in (both, both[::-1]))
 
 
 def _is_held_apart(network: Network, *, is_one: bool) -> bool:

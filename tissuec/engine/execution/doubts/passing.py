@@ -136,10 +136,12 @@ class _WatchedPair:
             position: Of all nodes [m], shape (node, 3).
             alive: Springs that are there, shape (spring,).
         """
+        contact, line, body = network.contact, self.line.part.nodes, self.skin.body.nodes
+        if contact is None:
+            return None
         from tissuec.forces.contact.readings import keeps_outside  # where something touches
 
-        contact, line, body = network.contact, self.line.part.nodes, self.skin.body.nodes
-        if contact is None or not keeps_outside(contact, line, body, alive):
+        if not keeps_outside(contact, line, body, alive):
             return None
         start, end = position[self.line.pieces].swapaxes(0, 1)[:, :, None]
         points = (start + SAMPLES * (end - start)).reshape(-1, 3)
