@@ -173,6 +173,7 @@ def _simplify(module: Any, exported: Collection[str], *, vectors: bool) -> None:
             each.name = f"{LOOP if loops else 'part'}_{number}"
             if loops:
                 each.add_function_attribute("noinline")
+    llvm.initialize_native_target()  # also where Numba has translated nothing before
     machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
     options = llvm.create_pipeline_tuning_options(speed_level=1)
     options.loop_vectorization = options.loop_unrolling = False
