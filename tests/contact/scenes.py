@@ -11,7 +11,6 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import Outcome, run
 from tissuec.forces.contact.contact import Contact
-from tissuec.forces.contact.contact_kernel import touch
 from tissuec.forces.contact.sides import Meetings
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import shared_elements
@@ -126,9 +125,10 @@ def contact_of(compiled):
 
 def by_loops(contact, position, velocity):
     """Return forces, power lost and ``Touches`` as the loops of the engine leave them."""
-    table = replace(contact, stride=0.1).table(np.arange(len(position)), None, position)
+    own = replace(contact, stride=0.1)
+    table = own.table(np.arange(len(position)), None, position)
     forces, power = np.zeros(position.size), np.zeros(2)
-    touch(0.0, position.ravel(), velocity.ravel(), forces, power, table)
+    own.kernel(0.0, position.ravel(), velocity.ravel(), forces, power, table)
     return forces.reshape(-1, 3), power[1], table.touches
 
 
