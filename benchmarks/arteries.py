@@ -257,9 +257,8 @@ output {{ trajectory every 2 us }}
 
 def text_of(case: Case, layers: int, sides: int) -> str:
     """Return the scene of a case."""
-    law = f"solid law is exponential {{ stiffening = {case.stiffening:g} }}" * bool(
-        case.stiffening
-    )
+    kind = f"exponential {{ stiffening = {case.stiffening:g}; " if case.stiffening else ""
+    law = f"solid law is {kind or 'neo hookean { '}volume is quadratic }}"
     body = ""
     if case.angle is not None:
         law += "\n  fibre modulus = 300 kPa; fibre stiffening = 0.8"

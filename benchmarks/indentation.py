@@ -31,7 +31,7 @@ CELLS = (2.0, 16.0 / 12.0)  # [mm]
 BLOCK = """language 1
 tissue gel {{
   Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
-  retardation time = 1 ms
+  retardation time = 1 ms; solid law is neo hookean {{ volume is quadratic }}
 }}
 body block {{
   mesh is lattice {{ cell = {cell:.15g} mm; box from (0, 0, 0) mm to (16, 16, 12) mm }}

@@ -35,6 +35,7 @@ LONG = 30.0  # half of the skin [mm]; the hole and the slit are 20 mm long, the 
 WOUND = """language 1
 tissue skin {
   Young's modulus = 40 kPa; Poisson's ratio = 0.45; density = 1100 kg/m^3; prestress = 20 %
+  solid law is neo hookean { volume is quadratic }
 }
 body flap {
   mesh is imported { file "flap.vtk" in mm; merging is off }

@@ -133,7 +133,7 @@ def test_a_load_is_the_sum_of_its_terms():
         LoadTerm(np.array([1.0, 0, 0]), COURSES["ramp"]),
         LoadTerm(np.array([0, 3.0, 0]), COURSES["constant"]),
     )
-    assert Load(np.array([0]), terms, span()).at(2.0).tolist() == [0.5, 3.0, 0.0]
+    assert Load(np.array([0]), terms, span()).at(2.0).tolist() == [[0.5, 3.0, 0.0]]
 
 
 def test_a_new_situation_is_free_and_whole_and_shares_nothing_that_changes():

@@ -94,7 +94,7 @@ def test_every_law_is_explained_in_every_form(tmp_path):
 @every("name", SAMPLES)
 def test_the_energy_that_is_explained_is_that_of_the_law(name):
     law, squares = SOLID_LAWS[name](**SAMPLES[name]), np.array([1.9, 0.7, 1.0 / (1.9 * 0.7)])
-    values = {"i1": squares.sum(), "i2": (1.0 / squares).sum()}
+    values = {"i1": squares.sum(), "i2": (1.0 / squares).sum(), "trace": squares.sum()}
     stretches = dict(zip(("l1", "l2", "l3"), np.sqrt(squares).tolist(), strict=True))
     found = eval(law.energy().code(), {**vars(math), **values, **stretches})
     # Stretches of 1.9 lose four digits in the zeros that sums over stretches are found from.

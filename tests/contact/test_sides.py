@@ -299,7 +299,7 @@ def test_a_needle_that_is_pressed_beyond_the_middle_of_a_plate_passes_and_is_rep
 
 def test_the_energy_of_a_rod_that_is_thrown_into_a_block_is_kept():
     gaps = []
-    for step in (20.0, 10.0):
+    for step in (40.0, 5.0):  # single halvings scatter, as contacts begin within steps
         played = play(f"""language 1
 tissue gel {{ Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }}
 body block {{ mesh is lattice {{ cell = 4 mm; box from (0, 0, 0) mm to (8, 8, 8) mm }}
@@ -316,7 +316,7 @@ output {{ energy every 0.1 ms; penetration of needle every 0.1 ms }}
         _, energy = played.energies()
         whole = energy["kinetic"] + energy["elastic"]
         gaps.append(np.abs(whole - whole[0]).max() / whole[0])
-    assert gaps[1] < 0.4 * gaps[0] < 0.4e-2
+    assert gaps[1] < 0.4**3 * gaps[0] < 0.4**3 * 1e-2
 
 
 # --- threads ----------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.mechanics import settling
+from tissuec.mechanics import newton
 from tissuec.results.promise import Promise
 from tissuec.script.plan import EQUILIBRIUM, STATIC
 from tissuec.validate.engine_run import observe
@@ -181,9 +181,9 @@ def test_a_search_beyond_a_limit_point_ends_soon(monkeypatch):
     simulate { duration = 1 s; integrator is equilibrium }
     """
     steps = []
-    asked = settling.direction
+    asked = newton.tangent_at
     monkeypatch.setattr(
-        settling, "direction", lambda *each, **more: steps.append(1) or asked(*each, **more)
+        newton, "tangent_at", lambda *each, **more: steps.append(1) or asked(*each, **more)
     )
     compiled = compiled_scene(scene)
     outcome, _ = carry_out(compiled.network, compiled.plan)

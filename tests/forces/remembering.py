@@ -6,6 +6,7 @@ import pytest
 from tests.derivatives import forces, slopes, stiffness
 from tests.forces.test_elements import deformed
 from tissuec.compiled.calls import kernel_on
+from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.yielding import RelaxingFields
 
 FASTEST = 300.0  # [1/s]
@@ -55,6 +56,12 @@ def moved(made, drawn, size=5e-4):
     bodies = len(drawn) - len(made.hidden)
     position[:bodies] = deformed(drawn[:bodies], size)
     return position
+
+
+def strains(made, drawn, position):
+    """Return C and J of points by the reference, C of shape (element, point, 3, 3)."""
+    state = ElementSolid(made, drawn)._strained(position)
+    return state.c, state.j
 
 
 def rates(made, position, velocity):

@@ -19,6 +19,7 @@ CUBE = (20.0, 20.0, 20.0)
 SLAB = (40.0, 40.0, 20.0)
 SCENE = """language 1
 tissue gel {{
+  solid law is neo hookean {{ volume is quadratic }}  # as that of the references
   Young's modulus = {young} kPa; Poisson's ratio = {poisson}; density = 1000 kg/m^3
 }}
 tissue hard like gel {{ Young's modulus = 100 kPa }}

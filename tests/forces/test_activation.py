@@ -172,7 +172,7 @@ def free_stretch(stress, shear, bulk):
     def rest(stretches):
         along, across = stretches
         j, first = along * across**2, along**2 + 2 * across**2
-        pressure = bulk * (j - 1) * j
+        pressure = bulk * np.log(j)
 
         def cauchy(square):  # J times it
             return shear * j ** (-2 / 3) * (square - first / 3) + pressure

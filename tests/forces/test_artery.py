@@ -53,7 +53,10 @@ LAWS = {
 
 
 def radii(law, pressures, layers, sides, fibres=""):
-    """Return the inner radius under each pressure [m], found by ``settle``."""
+    """Return the inner radius under each pressure [m], found by ``settle``.
+
+    It is that of a circle with the area of the lumen, not that of its corners.
+    """
     added = np.diff([0.0, *pressures])
     steps = "\n".join(
         f"  at {2 * k} us: {{ press inside of artery with {one} Pa; settle }}"
@@ -64,9 +67,11 @@ def radii(law, pressures, layers, sides, fibres=""):
     )
     outcome, recording = carried_out(compiled)
     assert outcome.kind == "done", outcome.message
-    inner = np.linalg.norm(compiled.network.position[:, :2], axis=1) < INNER + 1e-6
+    drawn = np.linalg.norm(compiled.network.position[:, :2], axis=1)
+    inner = drawn < 1.001 * drawn.min()
     position = recording.frame_arrays()[1]
-    return np.linalg.norm(position[:, inner, :2], axis=2).mean(axis=1)[: len(pressures)]
+    corners = np.linalg.norm(position[:, inner, :2], axis=2).mean(axis=1)[: len(pressures)]
+    return INNER / drawn.min() * corners
 
 
 def exact(slope, pressure, fibres=lambda square: 0.0):

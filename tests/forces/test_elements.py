@@ -6,7 +6,8 @@ import pytest
 from tests.derivatives import agree, follow_from_the_energy, forces
 from tissuec.core.source import Source, Span
 from tissuec.core.structs import replace
-from tissuec.forces.solids.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.elements import SolidMaterial
+from tissuec.forces.solids.hexahedra import kind_of
 from tissuec.forces.solids.solid_strain import SolidFibres
 from tissuec.geometry.elements import MIDDLES, SHAPES, Measures
 from tissuec.laws.solid.invariants import (
@@ -75,7 +76,9 @@ def solid(name, law, *, viscosity=0.0, has_fibres=False, **more):
     ends = np.unique(
         np.sort(nodes[:, SHAPES[name].edges].reshape(-1, 2), axis=1), axis=0
     ).astype(np.int32)
-    made = SolidElements.of("liver", SHAPES[name], nodes, position, material, ends, 0, SPAN)
+    made = kind_of(SHAPES[name]).of(
+        "liver", SHAPES[name], nodes, position, material, ends, 0, SPAN
+    )
     return made, position
 
 
@@ -201,7 +204,9 @@ def test_uniform_strain_is_in_equilibrium_in_any_mesh(name, way):
         np.zeros(count, dtype=np.int64), (Yeoh(0.6, 1.8),),
     )  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
-    made = SolidElements.of("cube", SHAPES[name], nodes, position, material, none, 0, SPAN)
+    made = kind_of(SHAPES[name]).of(
+        "cube", SHAPES[name], nodes, position, material, none, 0, SPAN
+    )
     found, _ = uniform(made, position, 1.1 * STRETCHES[way])
     inner = ((position > 1e-9) & (position < 0.02 - 1e-9)).all(axis=1)
     # The forces on a node are sums of as many terms of the size of the largest one.
@@ -257,7 +262,9 @@ def test_each_law_gives_its_stress_in_any_mode(name, cells, way, law):
         np.zeros(count, dtype=np.int64), (law,),
     )  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
-    made = SolidElements.of("cube", SHAPES[name], nodes, position, material, none, 0, SPAN)
+    made = kind_of(SHAPES[name]).of(
+        "cube", SHAPES[name], nodes, position, material, none, 0, SPAN
+    )
     f = STRETCHES[way]
     _, stress = uniform(made, position, f)
     expected = principal(law, f @ f.T)
@@ -295,8 +302,7 @@ def test_fibres_add_four_times_k1_along_them(name, dispersion):
     np.testing.assert_allclose(fibres.modulus, modulus, rtol=1e-14)
     none, law = np.zeros((0, 2), dtype=np.int32), np.zeros(count, dtype=np.int64)
     bare, fibred = (
-        SolidElements.of(
-            "muscle", SHAPES[name], nodes, position,
+        kind_of(SHAPES[name]).of("muscle", SHAPES[name], nodes, position,
             SolidMaterial(np.full(count, SHEAR), np.full(count, BULK), np.zeros(count), law,
                           (NeoHookean(),), each), none, 0, SPAN,
         )
@@ -310,17 +316,19 @@ def test_fibres_add_four_times_k1_along_them(name, dispersion):
     np.testing.assert_allclose(
         more, modulus * part * np.outer(along, along), atol=1e-4 * 7e3 * part
     )
-    # Fibres that are pressed do nothing.
+    # Fibres that are pressed do nothing. Hexahedra without any have one point instead of eight,
+    # whose sums are rounded.
     shorter = np.eye(3) - part * np.outer(along, along)
-    left = uniform(fibred, position, shorter)[1] - uniform(bare, position, shorter)[1]
-    assert np.abs(left).max() == 0.0
+    whole = uniform(bare, position, shorter)[1]
+    left = uniform(fibred, position, shorter)[1] - whole
+    assert np.abs(left).max() <= (1e-13 * SHEAR if name == "hexahedron" else 0.0)
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_pressure_follows_from_the_bulk_modulus(name):
     made, drawn = solid(name, NeoHookean(), displaced=0.0)
     _, stress = uniform(made, drawn, 1.02 * np.eye(3))
-    mean = 1.5 * BULK * (1.02**3 - 1.0)  # half of the elements have K, half have 2 K
+    mean = 1.5 * BULK * np.log(1.02**3) / 1.02**3  # half of the elements have K, half have 2 K
     np.testing.assert_allclose(stress, mean * np.eye(3), rtol=1e-12, atol=1e-9 * mean)
 
 
@@ -381,7 +389,9 @@ def test_elements_that_are_inside_out_are_refused(name):
                              (NeoHookean(),))  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
     with pytest.raises(ValueError, match=f"{name} 0 is flat or inside out"):
-        SolidElements.of("cube", SHAPES[name], turned, position, material, none, 0, SPAN)
+        kind_of(SHAPES[name]).of(
+            "cube", SHAPES[name], turned, position, material, none, 0, SPAN
+        )
 
 
 @pytest.mark.parametrize("name", SHAPES)

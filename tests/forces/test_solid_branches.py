@@ -15,11 +15,13 @@ from tests.forces.remembering import (
     own_states,
     parts_agree,
     rates,
+    strains,
     with_hidden_nodes,
 )
 from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
 from tissuec.forces.solids.element_memory import Branches
-from tissuec.forces.solids.elements import SolidElements, SolidMaterial
+from tissuec.forces.solids.elements import SolidMaterial
+from tissuec.forces.solids.hexahedra import kind_of
 from tissuec.forces.solids.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import MooneyRivlin
@@ -41,7 +43,9 @@ def solid(name, *, cells=1, displaced=0.15, viscosity=0.0):
         prestretch=Prestretch(np.array([0.0, 0.6, 0.8]), False, 1.02 * some), branches=branches,
     )  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
-    made = SolidElements.of("brain", SHAPES[name], nodes, position, material, none, 0, SPAN)
+    made = kind_of(SHAPES[name]).of(
+        "brain", SHAPES[name], nodes, position, material, none, 0, SPAN
+    )
     return with_hidden_nodes(made, position)
 
 
@@ -72,8 +76,8 @@ def test_what_is_lost_is_what_the_energy_falls_by(name):
 def test_rates_are_those_of_the_equation_of_evolution():
     made, drawn = solid("hexahedron")
     position, velocity = moved(made, drawn), given_way(made, drawn)
-    f = made.deformations(position)
-    c = f.swapaxes(-1, -2) @ f * (np.linalg.det(f) ** (-2.0 / 3.0))[..., None, None]
+    c, _ = strains(made, drawn, position)
+    c = c / np.cbrt(np.linalg.det(c))[..., None, None]
     before = made.branches.tensors(velocity, 8)
     volume = np.linalg.det(before)
     inverse = np.linalg.inv(before) * np.cbrt(volume)[..., None, None]

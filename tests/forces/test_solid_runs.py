@@ -9,16 +9,18 @@ import pytest
 import tissuec
 from tests.forces.solid_cases import CASES, answers, lattice, text_of
 from tissuec.core.structs import replace
-from tissuec.mechanics import settling
+from tissuec.mechanics import newton
 
 KNOWN = json.loads(
     (Path(__file__).parent / "solid_references.json").read_text(encoding="utf-8")
 )
-#: Cells across, and by how much answers may differ from those of ever smaller elements.
-LEAN = [("own weight", "hexahedra", 4, 0.01), ("cantilever", "hexahedra", 2, 0.03),
-        ("torsion", "hexahedra", 4, 0.03)]  # fmt: skip
-FULL = [("cube, ν = 0.3", "hexahedra", 4, 0.016), ("cantilever", "hexahedra", 4, 0.01),
-        ("cube, ν = 0.3", "tetrahedra", 2, 0.02),
+#: Cells across, and by how much answers may differ from those of ever smaller elements. The
+#: edges of the held face are singular: under its own weight, a cube of 2 x 2 x 2 hexahedra of
+#: 27 nodes of the library, with as many nodes as 4 x 4 x 4 of tissuec, sinks in by 4.9 % less.
+LEAN = [("own weight", "hexahedra", 4, 0.021), ("cantilever", "hexahedra", 2, 0.011),
+        ("torsion", "hexahedra", 4, 0.04)]  # fmt: skip
+FULL = [("cube, ν = 0.3", "hexahedra", 4, 0.017), ("cantilever", "hexahedra", 4, 0.004),
+        ("torsion", "hexahedra", 6, 0.02), ("cube, ν = 0.3", "tetrahedra", 2, 0.02),
         ("cantilever", "tetrahedra", 2, 0.01)]  # fmt: skip
 
 
@@ -83,13 +85,13 @@ def test_newtons_method_ends_with_the_exact_matrix(step, drawn, monkeypatch):
 
     Far from the origin, places have fewer digits behind the point.
     """
-    exacts, own = [], settling.direction
+    exacts, own = [], newton.tangent_at
 
     def counted(*arguments, matrices: tuple[bool, ...]):
         exacts.append(matrices[0])
         return own(*arguments, matrices=matrices)
 
-    monkeypatch.setattr(settling, "direction", counted)
+    monkeypatch.setattr(newton, "tangent_at", counted)
     case = CASES["cube, ν = 0.3"]
     text = text_of(case, lattice(case, 2), (step,)).replace(NEAR, drawn)
     if drawn == FAR:
@@ -97,4 +99,4 @@ def test_newtons_method_ends_with_the_exact_matrix(step, drawn, monkeypatch):
     with tissuec.run(text, companion="off") as run:
         assert run.finished
     assert len(exacts) <= 10
-    assert exacts[-2:] == [True] * 2
+    assert exacts and all(exacts[-2:])

@@ -87,7 +87,7 @@ PLANES = """symmetric about plane through (0, 0, 0) mm facing (1, 0, 0)
 def bar(memory, script, duration="0.4 s"):
     """Return a scene of an eighth of a cube, whose sides are free."""
     text = scene(memory, script=script, duration=duration, method="tolerance = 1e-6")
-    return text.replace("environment {", f"environment {{ {PLANES}; damping = 0.0004 N*s/m;")
+    return text.replace("environment {", f"environment {{ {PLANES}; damping = 0.0005 N*s/m;")
 
 
 def test_a_bar_flows_above_its_yield_stress_and_stays_longer():
@@ -121,7 +121,7 @@ MIXED = (
 def test_the_reference_agrees_on_large_strains(haste):
     script = PULLED.replace("(3, 0, 2)", "(4, 0, 3)")
     text = scene(MIXED, ratio=0.45, script=script, body="fibres = (1, 0, 1)",
-                 duration="80 ms", method="tolerance = 1e-3")  # fmt: skip
+                 duration="80 ms", method="tolerance = 5e-4")  # fmt: skip
     the_reference_agrees(hastened(text, haste), position=1e-5, balance=1e-5, force=1e-4)
 
 

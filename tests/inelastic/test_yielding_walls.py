@@ -104,7 +104,7 @@ def drawn_sheet(time, stretches, viscosity):
             j = a * b * c
             squares = np.array([a * a, b * b, c * c])
             part = SHEAR * j ** (-2.0 / 3.0) * (squares - squares.mean())
-            return part + BULK * (j - 1.0) * j
+            return part + BULK * np.log(j)
 
         c = root(lambda c: principal(c[0])[2:], [1.0], tol=1e-13).x[0]
         return principal(c)[:2]
@@ -198,7 +198,7 @@ FIBRED = "fibres = (1, 1, 0)"
 def test_the_reference_agrees_on_large_strains(haste):
     script = PULLED.replace("(3, 0, 2)", "(4, 0, 3)")
     text = scene(MIXED, ratio=0.45, side=10, cells=2, script=script, body=FIBRED,
-                 duration="30 ms", method="tolerance = 1e-3")  # fmt: skip
+                 duration="30 ms", method="tolerance = 1e-4")  # fmt: skip
     the_reference_agrees(hastened(text, haste), position=1e-5, balance=1e-5, force=1e-4)
 
 

@@ -99,7 +99,7 @@ def drawn_by(nominal, time, viscosity):
             a, b = np.exp(logs)  # elastic stretches along and across
             j = a * b * b
             part = SHEAR * j ** (-2.0 / 3.0) * (a * a - b * b)
-            volume = BULK * (j - 1.0) * j
+            volume = BULK * np.log(j)
             along = nominal * a * np.exp(plastic)
             return [(2.0 / 3.0 * part + volume - along) / SHEAR, (volume - part / 3.0) / SHEAR]
 

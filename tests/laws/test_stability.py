@@ -14,7 +14,9 @@ STEP = 1e-4
 def stored(law, one, two):
     """Return the energy of a solid by two of its logarithmic principal strains."""
     squares = np.exp(2.0 * np.array([one, two, -one - two]))
-    return law.energy().at({"i1": squares.sum(), "i2": (1.0 / squares).sum()})
+    return law.energy().at(
+        {"i1": squares.sum(), "i2": (1.0 / squares).sum(), "trace": squares.sum()}
+    )
 
 
 def least(law, one, two):

@@ -210,8 +210,5 @@ simulate {{ duration = 1 ms }}
 """
 
 
-def test_one_element_across_is_too_coarse_to_bend():
-    (found,) = (one for one in tissuec.check(bar_of_elements(10)) if one.code == "W210")
-    assert "with one element across, it is 0.71 to 0.87 times as stiff" in found.message
-    assert found.hint == "use cells of 5 mm or less"
-    assert not any(one.code == "W210" for one in tissuec.check(bar_of_elements(5)))
+def test_one_element_across_is_enough_to_bend():
+    assert not any(one.code == "W210" for one in tissuec.check(bar_of_elements(10)))

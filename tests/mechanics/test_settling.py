@@ -10,11 +10,12 @@ from tests.hand_net import chain, make_net, span, start
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.forces.acting.load import Load, LoadTerm
-from tissuec.mechanics import settling
+from tissuec.mechanics import newton
 from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.newton import greatest
 from tissuec.mechanics.relaxation import Layers, relax
 from tissuec.mechanics.rigid import NeutralMotions
-from tissuec.mechanics.settling import Unsettled, greatest, settle
+from tissuec.mechanics.settling import Unsettled, settle
 from tissuec.mechanics.state import State
 from tissuec.validate.resting import rest
 
@@ -171,13 +172,13 @@ def test_layers_go_outwards_from_the_node_of_the_greatest_force():
 
 def test_newton_falls_back_on_relaxation(monkeypatch):
     """Even with no step of Newton's at first, the equilibrium is found."""
-    given, calls = settling.direction, []
+    given, calls = newton.tangent_at, []
 
     def refusing(*asked, **more):
         calls.append(1)
         return None if len(calls) == 1 else given(*asked, **more)
 
-    monkeypatch.setattr(settling, "direction", refusing)
+    monkeypatch.setattr(newton, "tangent_at", refusing)
     state = prestressed()
     settle(state, every(state))
     assert residual(state) < 1e-11

@@ -314,7 +314,7 @@ def test_cells_of_balls_and_cylinders_are_neither_flat_nor_needles(across):
 
 
 @pytest.mark.parametrize("part", ["whole", "half", "quarter", "eighth"])
-def test_volumes_of_round_solids_converge_with_the_square_of_cells(part):
+def test_elements_fill_an_ellipsoid_and_nets_with_the_square_of_cells(part):
     share = {"whole": 1, "half": 2, "quarter": 4, "eighth": 8}[part]
     exact = 4.0 / 3.0 * np.pi * 0.03 * 0.02 * 0.01 / share
     missing = []
@@ -322,8 +322,28 @@ def test_volumes_of_round_solids_converge_with_the_square_of_cells(part):
         egg = MESHES["ellipsoid"](
             centre=np.zeros(3), radii=np.array([0.03, 0.02, 0.01]), cell=cell, part=part
         )
-        missing.append(1.0 - egg.build_elements().volume.sum() / exact)
+        assert egg.build_elements().volume.sum() == pytest.approx(exact, rel=1e-12)
+        missing.append(1.0 - egg.build().volume.sum() / exact)
     assert missing[0] < 0.05 and missing[0] / missing[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize("cell", [0.006, 0.002])
+def test_elements_fill_cones_and_tubes(cell):
+    axis = (np.zeros(3), np.array([0.01, 0.0, 0.03]))
+    for part in ("whole", "half", "quarter"):
+        share = {"whole": 1, "half": 2, "quarter": 4}[part]
+        cone = MESHES["cylinder"](
+            axis=axis, radius=0.01, end_radius=0.005, cell=cell, part=part
+        )
+        tube = MESHES["thick tube"](
+            axis=axis, inner_radius=0.005, outer_radius=0.01, rings=4, sides=8, part=part,
+            end_inner_radius=0.004,
+        )  # fmt: skip
+        long = np.pi * np.sqrt(1e-3) / 3.0 / share
+        full = long * (0.01**2 + 0.01 * 0.005 + 0.005**2)
+        assert cone.build_elements().volume.sum() == pytest.approx(full, rel=1e-12)
+        wall = long * (3 * 0.01**2 - 0.005**2 - 0.005 * 0.004 - 0.004**2)
+        assert tube.build_elements().volume.sum() == pytest.approx(wall, rel=1e-12)
 
 
 def test_named_parts_of_round_solids_are_where_they_should_be():
@@ -333,19 +353,25 @@ def test_named_parts_of_round_solids_are_where_they_should_be():
     x, y, z = mesh.position.T
     assert np.array_equal(np.sort(mesh.groups["first end"]), np.flatnonzero(z < 1e-9))
     assert np.array_equal(np.sort(mesh.groups["last end"]), np.flatnonzero(z > 0.03 - 1e-9))
-    side = np.isclose(np.hypot(x, y), 0.01 - z / 6.0, rtol=1e-9)
+    wide = np.hypot(x, y) / (0.01 - z / 6.0)
+    side = np.isclose(wide, wide.max(), rtol=1e-9)
+    assert 1.0 < wide.max() < 1.02
     assert np.array_equal(np.sort(mesh.groups["side"]), np.flatnonzero(side))
     ball = MESHES["ellipsoid"](centre=np.ones(3), radii=np.full(3, 0.01), cell=0.002)
     mesh = ball.build_elements()
-    surface = np.isclose(np.linalg.norm(mesh.position - 1.0, axis=1), 0.01, rtol=1e-9)
+    wide = np.linalg.norm(mesh.position - 1.0, axis=1)
+    surface = np.isclose(wide, wide.max(), rtol=1e-9)
+    assert 0.01 < wide.max() < 0.0103
     assert np.array_equal(np.sort(mesh.groups["surface"]), np.flatnonzero(surface))
     tube = MESHES["thick tube"](
         axis=axis, inner_radius=0.004, outer_radius=0.006, rings=3, sides=8, layers=2
     )
     mesh = tube.build_elements()
     x, y, z = mesh.position.T
+    # An octagon with the area of its circle.
+    larger = np.sqrt(0.25 * np.pi / np.sin(0.25 * np.pi))
     for name, radius in (("inside", 0.004), ("outside", 0.006)):
-        there = np.isclose(np.hypot(x, y), radius, rtol=1e-9)
+        there = np.isclose(np.hypot(x, y), larger * radius, rtol=1e-9)
         assert np.array_equal(np.sort(mesh.groups[name]), np.flatnonzero(there))
     for name, place in (("first end", 0.0), ("last end", 0.03)):
         assert np.array_equal(np.sort(mesh.groups[name]), np.flatnonzero(np.isclose(z, place)))

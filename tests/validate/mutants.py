@@ -83,8 +83,8 @@ SCENES = {
 }
 
 OF_SOLIDS = (
-    "_mean_volume", "_point", "in_series", "in_parallel", "_rates", "pace_of_flow", "carried",
-    "_second_invariant", "_unimodular_inverse", "isochoric",
+    "_of_volume", "_folded", "_point", "in_series", "in_parallel", "_rates", "pace_of_flow",
+    "carried", "_second_invariant", "_unimodular_inverse", "isochoric",
 )  # fmt: skip
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {

@@ -15,8 +15,9 @@ and the power that is lost per volume is Ḟ:∂D/∂Ḟ - ∂W/∂T:dT/dt.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, cast
 
+from tissuec.autodiff.cells import CellKind, TracedCell
 from tissuec.autodiff.derivatives import along, changed, gradient, hessian, jacobian
 from tissuec.autodiff.graph import Graph, Number, Operand
 from tissuec.autodiff.potentials import Numbers, components, numbers_in
@@ -52,6 +53,11 @@ class PointState(NamedTuple):
 
 #: Takes F, dF/dt, the tensors that are remembered, and the numbers of the element.
 PointFunction: TypeAlias = Callable[[Tensor, Tensor, Sequence[Tensor], Numbers], PointState]
+#: Takes the strains of a cell, their rates, ξ, tensors and numbers.
+BentFunction: TypeAlias = Callable[
+    [Sequence[Number], Sequence[Number], Sequence[Number], Sequence[Tensor], Numbers],
+    PointState,
+]
 #: Takes the mean of what is pooled, and the numbers; returns U [Pa].
 MeanFunction: TypeAlias = Callable[[Number, Numbers], Number]
 
@@ -66,29 +72,39 @@ class TracedPoint:
         tensors: How many tensors a point remembers.
         directions: Columns of F: 3, 2 in a wall, or 1 along fibres.
         graph: All that follows.
-        f, rate: F and dF/dt, row by row, shape (3 directions,).
+        cell: What strains points instead of F; None without.
+        f, rate: F and dF/dt, row by row, shape (3 directions,); or the strains of a cell.
+        at: Where the point is in its cell, shape (3,).
         stored: T - 1, the numbers of each tensor.
         state: At the point.
     """
 
     def __init__(
-        self, point: PointFunction, mean: MeanFunction | None, widths: Mapping[str, int],
-        tensors: int, directions: int = 3,
+        self, point: PointFunction | BentFunction, mean: MeanFunction | None,
+        widths: Mapping[str, int], tensors: int, directions: int = 3,
+        cell: "CellKind | None" = None,
     ):  # fmt: skip
         self.widths, self.tensors, self.graph = dict(widths), tensors, Graph()
         self.directions, self.places = directions, PLACES[directions]
         if tensors:
             self.widths |= {"rate": tensors, "inverse_rate": tensors}
-        every = range(3 * directions)
+        self.numbers, given = numbers_in(self.graph, self.widths)
+        self.cell = cell and TracedCell(cell, self.graph, given)
+        every = range(3 * directions if self.cell is None else len(self.cell.strains))
         self.f = [self.graph.input(f"f.{k}") for k in every]
         self.rate = [self.graph.input(f"g.{k}") for k in every]
+        self.at = [self.graph.input(f"at.{k}") for k in range(3)]
         self.stored = [
             [self.graph.input(f"t.{tensor}.{k}") for k in range(len(self.places))]
             for tensor in range(tensors)
         ]
-        self.numbers, given = numbers_in(self.graph, self.widths)
         tensors_of = [self._symmetric(numbers) for numbers in self.stored]
-        self.state = point(self.tensor(self.f), self.tensor(self.rate), tensors_of, given)
+        if self.cell is None:
+            strained = self.tensor(self.f), self.tensor(self.rate)
+            self.state = cast(PointFunction, point)(*strained, tensors_of, given)
+        else:
+            bent = cast(BentFunction, point)
+            self.state = bent(self.f, self.rate, self.at, tensors_of, given)
         self.mean, self.swell = self.graph.input("mean"), self.graph.input("swell")
         self.of_mean = self.graph.number(0.0 if mean is None else mean(self.mean, given))
 
@@ -156,6 +172,18 @@ class TracedPoint:
         """Return P, row by row."""
         viscous = gradient(self.dissipation, self.rate)
         return [a + b for a, b in zip(self.elastic_stress, viscous, strict=True)]
+
+    def stress_of(self, forces: str) -> list[Number]:
+        """Return the part of P that is "elastic", or that is "braking"."""
+        if forces == "elastic":
+            return self.elastic_stress
+        return gradient(self.dissipation, self.rate)
+
+    def changed(self, forces: str) -> list[Number]:
+        """Return the change of ``stress_of``; those of strains and rates are "df.k", "dg.k"."""
+        every = [*self.f, *self.rate] if forces == "braking" else self.f
+        changes = {each: self.graph.input(f"d{each.operation.detail}") for each in every}
+        return along(self.stress_of(forces), changes)
 
     @cached_property
     def pull(self) -> list[Number]:

@@ -67,15 +67,16 @@ class Numbers:
 
 
 def numbers_in(
-    graph: Graph, widths: Mapping[str, int], *, changes: bool = False
+    graph: Graph, widths: Mapping[str, int], *, changes: bool = False, letter: str = "p"
 ) -> tuple[list[Number], Numbers]:
     """Return numbers that are inputs of a graph: their components in order, and by name.
 
     Args:
         widths: By name, how many components a number has.
         changes: Whether there is an ``amount``, too, that changes in time.
+        letter: With which the names of inputs begin.
     """
-    found = {name: _number(graph, name, width) for name, width in widths.items()}
+    found = {name: _number(graph, f"{letter}.{name}", width) for name, width in widths.items()}
     given = {name: each[0] if len(each) == 1 else each for name, each in found.items()}
     if changes:
         given["amount"] = graph.input("a.0")
@@ -83,12 +84,12 @@ def numbers_in(
 
 
 def _number(graph: Graph, name: str, width: int) -> Vector:
-    return Vector(graph.input(f"p.{name}.{k}") for k in range(width))
+    return Vector(graph.input(f"{name}.{k}") for k in range(width))
 
 
 def components(graph: Graph, widths: Mapping[str, int], names: Iterable[str]) -> list[Number]:
     """Return the components of some numbers, one after the other."""
-    return [each for name in names for each in _number(graph, name, widths[name])]
+    return [each for name in names for each in _number(graph, f"p.{name}", widths[name])]
 
 
 #: Takes positions and velocities of the corners, and the numbers.

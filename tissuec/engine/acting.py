@@ -316,12 +316,15 @@ def pack_acts(
     base = [motion.base for motion in motions] + [
         np.zeros((len(load.nodes), 3)) for load in loads
     ]
+    shares = [np.ones(len(motion.nodes)) for motion in motions]
+    shares += [load.factors for load in loads]
     term_curve = len(profiles) + np.arange(len(flat))
     return BoundaryConditions(
         motions=len(motions),
         first=_offsets([len(group) for group in nodes]),
         nodes=place[np.concatenate([*nodes, np.zeros(0, dtype=np.int64)])],
         base=np.concatenate([*base, np.zeros((0, 3))]),
+        share=np.concatenate([*shares, np.zeros(0)]),
         term_first=_offsets([len(group) for group in terms]),
         term_vector=np.array([term.vector for term in flat], dtype=float).reshape(-1, 3),
         term_curve=term_curve,

@@ -9,7 +9,8 @@ reported. Ruptures and conditions are located in the same way. Where forces only
 as at a first touch, the difference falls with the square of the step; there a step is accepted
 as soon as that is seen.
 
-Newton's method begins where the path leads, on the straight line through the last two states.
+Newton's method begins where the path leads: on the straight line through the last two states,
+and in the first step where the tangent leads if held nodes move.
 
 Runs that are static for some intervals, and dynamic before and after them.
 
@@ -191,7 +192,9 @@ class Equilibria(QuasiStatic):
         self._evaluations += 1
         everything = np.ones(self.network.node_count, dtype=bool)
         try:
-            remarks = settle(state, everything, guess, patiently=patiently)
+            remarks = settle(
+                state, everything, guess, before=before.position, patiently=patiently
+            )
         except Unsettled as failure:
             return Attempt(failure)
         seen = self._look(state)

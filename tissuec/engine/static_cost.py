@@ -1,12 +1,11 @@
 """The predicted time of equilibria, counted from array sizes so that it is reproducible.
 
-Newton's method makes and factorises a matrix in each of its steps, which takes nearly all of
-the time. How many steps an equilibrium takes was measured: ``NEAR`` where a run goes on from
+Newton's method makes a matrix in each of its steps and solves with it, which takes nearly all
+of the time. How many steps an equilibrium takes was measured: ``NEAR`` where a run goes on from
 the one before, and ``FIRST`` where ``settle`` comes from further away in a firm block. A body
 that bends far takes up to ``MOST`` times as many, by its slenderness (``_slenderness``).
-Beams one element thick took 3 times as many (134 factors, 44 steps were predicted), friction 24
-times the time, and a net of springs that folds freely 36 times. Constants are processor time on
-one core.
+Friction took 24 times the time, and a net of springs that folds freely 36 times. Constants are
+processor time on one core.
 """
 
 from collections.abc import Iterator
@@ -19,34 +18,48 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import norm
 from tissuec.engine.execution.event_queue import join_times
 from tissuec.engine.execution.recorder import sample_times
-from tissuec.engine.unknowns import Fill
+from tissuec.engine.unknowns import joined_nodes
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Indices
 from tissuec.script.plan import EQUILIBRIUM, LOAD_STEPS, Plan
 from tissuec.script.verbs.settle import Settle, StaticInterval
 
-# Matrices: of each step, of the one that polishes, and of the one that shows stability.
-NEAR, FIRST = 4.8, 6.0
+# Matrices: of each equilibrium near the one before, with that which shows stability, and of one
+# that begins further away in a firm block; times as many where they are solved by iterations.
+NEAR, FIRST, INEXACT = 2.2, 4.0, 1.9
 # Of nets of springs, whose slenderness is not known, times as many first steps; of slender
 # bodies at most, and the slenderness from which there are twice as many.
 NET, MOST, SLENDER = 2.5, 5.0, 5.0
 TOUCHING = 3.0  # times as many equilibria where contact begins and ends, which halves steps
 # Of a matrix [s]: a fixed part, one for each field and for each spring; and what making that of
 # items takes, over the estimate for implicit steps.
-MATRIX, FIELD, SPRING, ITEMS = 2e-4, 1.8e-3, 6e-7, 0.8
+MATRIX, FIELD, SPRING, ITEMS = 2e-4, 5e-4, 6e-7, 0.1
 TOUCHES = 0.4  # the same for contact, with the search for pairs
-# Of a factor [s]: a fixed part, and by number and by multiplication.
-FACTOR, NUMBER, MULTIPLICATION = 4e-4, 3e-8, 2.5e-10
-# Free nodes from which the fill is that of solids, by powers: to find it would take seconds.
-LARGE, NUMBERS, MULTIPLICATIONS = 15_000, 150.0, 200.0
+# Of a factor [s]: a fixed part, and by unknown and by multiplication. Of iterations, by node.
+FACTOR, UNKNOWN, MULTIPLICATION, ITERATED = 4e-4, 5e-6, 5e-10, 1.6e-5
+# Bytes of a number of a factor, with copies; of one of K with what multigrid makes of it.
+OF_FACTOR, OF_MATRIX = 40.0, 85.0
 
 
 class StaticCost(NamedTuple):
-    """The equilibria of a run, the steps of Newton's method, and the time of all [s]."""
+    """The equilibria of a run, the steps of Newton's method, and the time of all [s].
+
+    Attributes:
+        bytes: Of memory for matrices.
+    """
 
     equilibria: int
     steps: float
     seconds: float
+    bytes: float = 0.0
+
+
+class Solving(NamedTuple):
+    """What it takes to solve with K: time [s], memory [bytes], and times as many steps."""
+
+    seconds: float
+    bytes: float
+    more: float
 
 
 def static_cost(state: State, plan: Plan) -> StaticCost:
@@ -60,8 +73,10 @@ def static_cost(state: State, plan: Plan) -> StaticCost:
     if not first and not near:
         return StaticCost(0, 0.0, 0.0)
     again = 1.0 if state.network.contact is None else TOUCHING
-    steps = (FIRST * _far(state) * first + NEAR * near) * again
-    return StaticCost(first + near, steps, steps * _step_seconds(state))
+    solving = _solving(state)
+    steps = (FIRST * _far(state) * first + NEAR * near) * again * solving.more
+    seconds = steps * (_matrix_seconds(state) + solving.seconds)
+    return StaticCost(first + near, steps, seconds, solving.bytes)
 
 
 def _intervals(plan: Plan) -> Iterator[tuple[float, float, float]]:
@@ -132,20 +147,32 @@ def _slenderness(position: Floats, held: NDArray[np.bool_], volume: float) -> fl
     return float(np.sqrt(reach**3 / volume))
 
 
-def _step_seconds(state: State) -> float:
-    """Return the predicted time of a step of Newton's method [s]."""
-    free = ~state.held
-    acts = state.alive & free[state.springs.ends].any(axis=1)
-    springs = int(acts.sum())
+def _matrix_seconds(state: State) -> float:
+    """Return the predicted time of a matrix [s]."""
     items = sum(
         (TOUCHES if name == "contact" else ITEMS) * field.matrix_seconds
         for name, field in state.named_fields.items()
     )
-    matrix = MATRIX + FIELD * len(state.fields) + SPRING * springs + items
-    count = int(np.count_nonzero(free))
-    if count > LARGE:
-        fill = Fill(NUMBERS * count ** (4 / 3), MULTIPLICATIONS * float(count) ** 2)
-    else:
-        fill = Fill.of(free, state.springs.ends[acts], state.fields)
-    factor = FACTOR + NUMBER * fill.numbers + MULTIPLICATION * fill.multiplications
-    return matrix + factor
+    return MATRIX + FIELD * len(state.fields) + SPRING * len(_acting_ends(state)) + items
+
+
+def _acting_ends(state: State) -> Indices:
+    """Return the ends of springs that act on free nodes, shape (spring, 2)."""
+    ends = state.springs.ends
+    acts = state.alive & ~state.held[ends].all(axis=1)
+    return ends[acts].astype(np.int64)
+
+
+def _solving(state: State) -> Solving:
+    """Return what it takes to solve with K."""
+    from tissuec.mechanics.dissection import dissected
+    from tissuec.mechanics.inverses import is_iterated
+
+    free = ~state.held
+    joined = joined_nodes(free, _acting_ends(state), state.fields)
+    order = dissected(state.position[free], joined.tocsr())
+    unknowns, entries = joined.shape[0] * 3, 9.0 * joined.nnz
+    if is_iterated(unknowns, order.work):
+        return Solving(ITERATED * unknowns / 3.0, OF_MATRIX * entries, INEXACT)
+    seconds = FACTOR + UNKNOWN * unknowns + MULTIPLICATION * order.work
+    return Solving(seconds, OF_FACTOR * (order.numbers + entries), 1.0)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from tissuec.forces.fields import Field
 from tissuec.kernels.records import Integers, Solver
-from tissuec.model.network import Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
@@ -174,7 +173,7 @@ class Fill(NamedTuple):
             return cls(np.inf, np.inf)
         if not count:
             return cls(0.0, 0.0)
-        joined = _joined(np.where(free, np.cumsum(free) - 1, -1), count, ends, fields)
+        joined = joined_nodes(free, ends, fields)
         joined.data[:] = -1.0
         degrees = np.diff(joined.indptr)
         graph = csc_matrix(joined + diags_array(2.0 + degrees, format="csc"))
@@ -184,12 +183,19 @@ class Fill(NamedTuple):
         return cls(18.0 * float(columns.sum()), 27.0 * float((columns**2).sum()))
 
 
-def _joined(
-    number: Indices, count: int, ends: NDArray[np.integer], fields: tuple[Field, ...]
+def joined_nodes(
+    free: NDArray[np.bool_], ends: NDArray[np.integer], fields: tuple[Field, ...]
 ) -> "csc_matrix":
-    """Return a matrix that is not zero between free nodes of an item, shape (count, count)."""
+    """Return a matrix that is not zero between free nodes of an item, shape (count, count).
+
+    Args:
+        free: Which nodes are unknowns, shape (node,).
+        ends: Nodes of the springs that act, shape (spring, 2).
+        fields: The fields that act besides them.
+    """
     from scipy.sparse import csc_matrix, csr_matrix
 
+    count, number = int(np.count_nonzero(free)), np.where(free, np.cumsum(free) - 1, -1)
     rows, nodes, start = [np.repeat(np.arange(len(ends)), 2)], [ends.ravel()], len(ends)
     for field in fields:
         items = field.items(np.arange(len(number)))

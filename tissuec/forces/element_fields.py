@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -15,6 +16,9 @@ from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
+
+
+MANY = 64  # elements of each kind: fewer are faster in one matrix
 
 
 class ElementField(WalledField, frozen=True):
@@ -97,9 +101,26 @@ class ElementField(WalledField, frozen=True):
         return pattern.matrix(room)
 
     def stiffening(self, time: float, position: Floats) -> Resisting:
-        """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
+        """Return the matrix of positive parts as an operator [N/m]; see ``Effect``.
+
+        Of elements that are alike, as in a lattice, it is made once.
+        """
         every, count = np.arange(len(position)), len(position)
-        return as_operator(lambda: self.matrix(time, position, every, count, exact=False))
+        first, like = self.alike(position)
+        if MANY * len(first) > self.item_count:
+            return as_operator(lambda: self.matrix(time, position, every, count, exact=False))
+        some = self.only(first)
+        blocks = cache(lambda: some.element_matrices(position, exact=False))
+        return as_blocks(self.nodes, like, blocks)
+
+    def alike(self, position: Floats) -> tuple[Indices, Indices]:
+        """Return elements with the same matrices: one of each kind, and the kind of each.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        every = np.arange(self.item_count)
+        return every, every
 
     def braking(self, position: Floats) -> Resisting | None:
         """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
@@ -112,6 +133,30 @@ class ElementField(WalledField, frozen=True):
     def derivatives(self) -> ForceDerivatives | str:
         """Return why there are no exact derivatives for learning."""
         return "have no exact derivatives"
+
+
+def as_blocks(nodes: Indices, like: Indices, blocks: Callable[[], Floats]) -> Resisting:
+    """Return the matrices of elements as an operator on vectors of all nodes.
+
+    Args:
+        nodes: Shape (element, node).
+        like: Number of the matrix of each element, shape (element,).
+        blocks: Returns the matrices in any unit, shape (n, node, 3, node, 3).
+    """
+    count, width = nodes.shape
+    groups = [np.flatnonzero(like == each) for each in range(int(like.max(initial=-1)) + 1)]
+    force = np.zeros((count, width, 3))
+
+    def resist(moved: Floats, to: Floats) -> None:
+        from scipy.sparse import csc_array
+
+        for group, block in zip(groups, blocks(), strict=True):
+            own = moved[nodes[group]].reshape(len(group), 3 * width)
+            force[group] = (own @ block.reshape(3 * width, -1)).reshape(-1, width, 3)
+        ends = np.ones(nodes.size), nodes.ravel(), np.arange(nodes.size + 1)
+        to += csc_array(ends, shape=(len(to), nodes.size)) @ force.reshape(-1, 3)
+
+    return resist
 
 
 def young_of(shear: Floats, bulk: Floats) -> Floats:

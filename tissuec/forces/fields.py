@@ -351,6 +351,7 @@ def acts_of(
         first=np.zeros(2, dtype=np.int64),
         nodes=none,
         base=np.zeros((0, 3)),
+        share=np.zeros(0),
         term_first=np.array([0, count], dtype=np.int64),
         term_vector=vector,
         term_curve=np.arange(count, dtype=np.int64),

@@ -18,15 +18,10 @@ from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.frame import LoopText
-from tissuec.compiled.loops.points import (
-    PointTable,
-    force_loop,
-    matrix_loop,
-    mean_loop,
-    pull_loop,
-    push_loop,
-    record_loop,
-)
+from tissuec.compiled.loops.point_derivatives import pull_loop, push_loop
+from tissuec.compiled.loops.point_frame import PointTable
+from tissuec.compiled.loops.point_matrices import matrix_loop
+from tissuec.compiled.loops.points import force_loop, mean_loop, record_loop
 from tissuec.compiled.loops.tables import recorded, room_for
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.structs import replace
@@ -44,6 +39,8 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
+ALIKE = 1e-9  # of the size of elements: differences of places that are rounding
+MANY = 2000  # elements of which a kernel finds the energies, which takes a while to make
 NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
 #: Returns the traced points of elements of a kind, such as a ``SolidKind``.
 Tracing = Callable[[Any], TracedPoint]
@@ -227,6 +224,8 @@ class PointField(ElementField, frozen=True, dict=True):
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
+        if position.ndim == 2 and self.item_count >= MANY and not self._present.tensors:
+            return self._measure_energy(len(position))(position.ravel())
         found = np.empty((*position.shape[:-2], self.item_count))
         for part, own in self.in_blocks():
             point, values = self.traced(own._present), own._values(position)
@@ -237,8 +236,19 @@ class PointField(ElementField, frozen=True, dict=True):
                 volume = weight.sum(axis=-1)
                 values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
                 total += volume * evaluate([point.of_mean], values)[0][..., 0]
-            found[..., part] = total
+            found[..., part] = total + own._alone(point, position)
         return found
+
+    @kept_on_owner(1)
+    def _measure_energy(self, nodes: int) -> Callable[[Floats], Floats]:
+        """Return the kernel of energies of elements [J] at places of so many nodes."""
+        measure = self.measuring(("energy",), np.arange(nodes))
+        volume = self.weights.sum(axis=1)
+        return lambda x: volume * measure(x)[:, 0]
+
+    def _alone(self, point: TracedPoint, position: Floats) -> Floats | float:
+        """Return the energy that elements store beside their points [J], shape (…, element)."""
+        return 0.0
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
@@ -255,15 +265,38 @@ class PointField(ElementField, frozen=True, dict=True):
         self._run(kernel, position, room, table)
         return pattern.matrix(room)
 
+    def alike(self, position: Floats) -> tuple[Indices, Indices]:
+        """Return elements with the same matrices; see ``ElementField``.
+
+        Alike are those of the same numbers whose nodes have the same places relative to the
+        first, but for rounding.
+        """
+        kind, count = self._present, self.item_count
+        if not count or kind.tensors:
+            return super().alike(position)
+        own = position[self.nodes]
+        own = own - own[:, :1]
+        unit = ALIKE * float(np.abs(own).max()) or 1.0
+        columns = [np.round(own / unit), self.measures[2], *self._columns(kind).values()]
+        flat = [np.asarray(each, dtype=float).reshape(count, -1) for each in columns]
+        found: Floats = np.concatenate(flat, axis=1)
+        # By a sum of irregular parts; others that have the same one are none that are alike.
+        mixed = (found * np.sin(1.0 + np.arange(len(found.T)) ** 2)).sum(axis=1)
+        first, kinds = np.unique(mixed, return_index=True, return_inverse=True)[1:]
+        if (found != found[first[kinds]]).any():
+            return super().alike(position)
+        return first, kinds
+
     @kept_on_owner(1)
     def _matrix_table(
         self, number: bytes, size: int
     ) -> tuple[BlockPattern, GeneratedKernel, PointTable]:
         """Return what the matrix of elements at free nodes is made with, at any position."""
         numbers = np.frombuffer(number, np.int64)[self.nodes]
-        own, kind = self.only(np.flatnonzero((numbers >= 0).any(axis=1))), self._present
+        own = self.only(np.flatnonzero((numbers >= 0).any(axis=1)))
+        kind, points = self._stiffened
         pattern = BlockPattern.of(numbers[(numbers >= 0).any(axis=1)], size)
-        kernel = matrix_kernel(own.traced, kind, own.nodes.shape[1], own.points)
+        kernel = matrix_kernel(own.traced, kind, own.nodes.shape[1], points)
         table = own._table(kind, own.nodes, own._slots)
         return pattern, kernel, table._replace(targets=pattern.places.ravel())
 
@@ -475,28 +508,25 @@ class PointField(ElementField, frozen=True, dict=True):
         """Return the derivatives of branches and plastic strain, by points; see ``Field``."""
         if not self.remembers or not len(self.hidden):
             return None
-        stored, points, width = self._stored, self.points, 3 * self.directions
+        stored, points = self._stored, self.points
+        width = len(self.traced(self.kind).f)
         flat = self.recalling(velocity)._recorded("tangents", position)
         own = stored[0].numbers
         every = own * sum(len(each.slot) for each in stored)
         by_tensors = flat[..., : every * (width + every)].reshape(
             -1, points, every, width + every
         )
-        by_strain = flat[..., every * (width + every) :].reshape(
-            -1, points, 3, self.directions, every
-        )
+        by_strain = flat[..., every * (width + every) :].reshape(-1, points, width, every)
         has = self._slots >= 0
         rate = np.where(has, np.concatenate([each.rate for each in stored]), 0.0)
         # Variables have the unit of velocities; those that do not exist take no part.
         to_own = np.repeat(rate.T, own, axis=1)[:, None]
         from_own = np.divide(1.0, to_own, where=to_own > 0.0, out=np.zeros_like(to_own))
         pull = from_own[..., None] * by_tensors[..., :width]
-        pull = pull.reshape(-1, points, every, 3, self.directions)
+        slopes = self.strain_slopes(position)
         giving = from_own[..., None] * by_tensors[..., width:] * to_own[..., None, :]
-        by_position = np.einsum(
-            "eqxkv,eqak->eqvax", by_strain * to_own[:, :, None, None], self.steepness
-        )
-        push = -np.einsum("eq,eqvxk,eqak->eqaxv", self.weights, pull, self.steepness)
+        by_position = np.einsum("eqsv,eqsax->eqvax", by_strain * to_own[:, :, None], slopes)
+        push = -np.einsum("eq,eqvs,eqsax->eqaxv", self.weights, pull, slopes)
         places = np.concatenate([each.places(points) for each in stored])
         slots = np.moveaxis(np.where(has[..., None, None], places, -1), 0, 2)
         return MemoryTangents(
@@ -506,6 +536,18 @@ class PointField(ElementField, frozen=True, dict=True):
             by_position=by_position.reshape(-1, every, *by_position.shape[3:]),
             pull=push.reshape(-1, *push.shape[2:]),
         )
+
+    def strain_slopes(self, position: Floats) -> Floats:
+        """Return the derivatives of the strains of points by positions [1/m].
+
+        The shape is (element, point, strain, node, 3), or with one point for all.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        slopes = self.steepness.swapaxes(-1, -2)  # element, point, direction, node
+        shape = (*slopes.shape[:2], 3 * self.directions, slopes.shape[-1], 3)
+        return np.einsum("xy,eqka->eqxkay", np.eye(3), slopes).reshape(shape)
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
         """Make branches give way for good; see ``Field``."""
@@ -576,8 +618,11 @@ class PointField(ElementField, frozen=True, dict=True):
     @property
     def derivatives(self) -> ForceDerivatives:
         """Return the derivatives of forces by positions, velocities and numbers."""
-        kind, names = self.kind, tuple(name for name in self.kind.widths if name != "law")
-        shape = self.nodes.shape[1], self.points
+        kind, points = self._forced
+        names, shape = (
+            tuple(name for name in kind.widths if name != "law"),
+            (self.nodes.shape[1], points),
+        )
         pull, push = (
             derivative_kernel(each, self.traced, kind, names, *shape)
             for each in (pull_loop, push_loop)
@@ -623,22 +668,29 @@ class PointField(ElementField, frozen=True, dict=True):
             return None
         slow = self._slow(position, number, size)
         by_strain = self._sum(
-            lambda own: own._between_nodes(own._viscous_by_strain(position, velocity)),
-            number, size,
+            lambda own: own.braking_by_position(position, velocity), number, size,
         )  # fmt: skip
         return by_strain, slow
 
-    def _viscous_by_strain(self, position: Floats, velocity: Floats) -> Floats:
-        """Return ∂²D/∂Ḟ∂F, shape (element, point, 3 directions, 3 directions)."""
+    def braking_by_position(self, position: Floats, velocity: Floats) -> Floats:
+        """Return minus the derivative of viscous forces by positions [N/m].
+
+        The shape is (element, node, 3, node, 3).
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
         flat = self._recorded("viscous_by_strain", position, velocity)
-        return flat.reshape(*flat.shape[:2], 3 * self.directions, 3 * self.directions)
+        side = 3 * self.directions
+        return self._between_nodes(flat.reshape(*flat.shape[:2], side, side))
 
     # --- for the engine -----------------------------------------------------------------------
 
     @property
     def kernel(self) -> GeneratedKernel:
         """Return the loop that adds forces, rates and powers."""
-        return force_kernel(self.traced, self.kind, self.nodes.shape[1], self.points)
+        kind, points = self._forced
+        return force_kernel(self.traced, kind, self.nodes.shape[1], points)
 
     @property
     def kind(self) -> SolidKind:
@@ -659,21 +711,34 @@ class PointField(ElementField, frozen=True, dict=True):
             kind = kind._replace(branches=0, is_yielding=False)
         return kind
 
+    @property
+    def _forced(self) -> tuple[SolidKind, int]:
+        """Return the kind and number of points of which forces are."""
+        return self.kind, self.points
+
+    @property
+    def _stiffened(self) -> tuple[SolidKind, int]:
+        """Return the kind and number of points of which matrices are."""
+        return self._present, self.points
+
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
-        kind, slots = self.kind, self._slots
+        (kind, _), slots = self._forced, self._slots
         moved = np.where(slots >= 0, 3 * place[np.maximum(slots, 0) // 3], -1)
         return self._table(kind, place[self.nodes], moved)
 
     def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
         gradients, volume, rows = self.measures
         used, row = np.unique(rows, return_inverse=True)
-        columns = self._columns(kind)
-        every = np.concatenate([columns[name].T for name in self.traced(kind).widths])
         return PointTable.of(
-            nodes, every, row.reshape(-1), gradients[used], volume[used],
+            nodes, self._numbers(kind), row.reshape(-1), gradients[used], volume[used],
             slots[: kind.tensors],
         )  # fmt: skip
+
+    def _numbers(self, kind: SolidKind) -> Floats:
+        """Return the numbers of elements as tables have them, shape (number, element)."""
+        columns = self._columns(kind)
+        return np.concatenate([columns[name].T for name in self.traced(kind).widths])
 
     @property
     def _slots(self) -> Indices:
@@ -723,9 +788,7 @@ class PointField(ElementField, frozen=True, dict=True):
 
     def _values(self, position: Floats) -> dict[str, Floats]:
         """Return all inputs of a point, by name, shape (…, element, point)."""
-        kind, f, width = self._present, self.deformations(position), self.directions
-        every = range(3 * width)
-        values = {f"f.{k}": f[..., k // width, k % width] for k in every}
+        kind, values = self._present, self._strains(position)
         for name, each in self._columns(kind).items():
             values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
         if kind.tensors:
@@ -735,6 +798,11 @@ class PointField(ElementField, frozen=True, dict=True):
             for t, k in np.ndindex(kind.tensors, tensors.shape[-1]):
                 values[f"t.{t}.{k}"] = tensors[..., t, :, :, k]
         return values
+
+    def _strains(self, position: Floats) -> dict[str, Floats]:
+        """Return inputs that are strains; see ``_values``."""
+        f, width = self.deformations(position), self.directions
+        return {f"f.{k}": f[..., k // width, k % width] for k in range(3 * width)}
 
     def seen(self, name: str, position: Floats) -> list[Floats]:
         """Return numbers that points have beside energies, shape (…, element, point) each.
@@ -773,7 +841,7 @@ def record_kernel(
 ) -> tuple[GeneratedKernel, int]:
     """Return the kernel that records numbers of traced points, and how many there are."""
     point = traced(kind)
-    outputs = getattr(point, name)
+    outputs = point.state.seen[name] if name in point.state.seen else getattr(point, name)
     return GeneratedKernel(
         f"points_{name}", lambda own: record_loop(own, point, outputs, nodes, points)
     ), len(outputs)

@@ -6,12 +6,6 @@ the natural gradients ∂N_a/∂ξ at its points, positions X_a of its nodes giv
 
     Z = Σ_a X_a ∂N_a/∂ξ,    ∂N_a/∂X = ∂N_a/∂ξ Z⁻¹,    dV = det Z dξ.
 
-In hexahedra, the deviation of gradients at a point from their mean over the element is
-multiplied by √(3/4). Without that, coarse meshes are too stiff in torsion. The mean remains, so
-that elements pass the patch test on any mesh. (Compare the control of hourglass modes: T.
-Belytschko, J. S.-J. Ong, W. K. Liu, J. M. Kennedy, Comput. Meth. Appl. Mech. Eng. 43:251,
-1984.)
-
 (O. C. Zienkiewicz, R. L. Taylor, J. Z. Zhu, The Finite Element Method, 7th edition, 2013,
 chapter 6; mass of tetrahedra with ten nodes: E. Hinton, T. Rock, O. C. Zienkiewicz, Earthquake
 Eng. Struct. Dyn. 4:245, 1976.)
@@ -39,7 +33,7 @@ class ElementShape(Struct, frozen=True, eq=False):
         faces: The face that each of the triangles belongs to, shape (triangle,).
         local: Factor of the shear modulus, up to which the bulk modulus acts at each point and
             not on the volume of the element.
-        spread: Factor of the deviation of ∂N_a/∂X at a point from its mean over the element.
+        bends: Whether points are strained by all nodes together; see ``geometry.bent_cells``.
     """
 
     name: str
@@ -50,7 +44,7 @@ class ElementShape(Struct, frozen=True, eq=False):
     triangles: Indices
     faces: Indices
     local: float = 0.0
-    spread: float = 1.0
+    bends: bool = False
 
     @property
     def nodes(self) -> int:
@@ -65,21 +59,32 @@ class ElementShape(Struct, frozen=True, eq=False):
         """
         return np.einsum("...eax,qak->...eqxk", corners, self.gradients)
 
-    def volumes(self, corners: Floats) -> Floats:
-        """Return the volumes of elements [m³], shape (…, element).
+    def point_volumes(self, corners: Floats) -> Floats:
+        """Return integration weights of points [m³], shape (…, element, point).
+
+        They are negative where an element is inverted.
 
         Args:
-            corners: Positions of their nodes [m], shape (…, element, node, 3).
+            corners: Positions of the nodes of elements [m], shape (…, element, node, 3).
         """
-        return np.asarray(np.linalg.det(self.sides(corners)) @ self.weights)
+        a, b, c = np.moveaxis(np.asarray(self.sides(corners)), -2, 0)
+        across = (
+            a[..., 0] * (b[..., 1] * c[..., 2] - b[..., 2] * c[..., 1])
+            + a[..., 1] * (b[..., 2] * c[..., 0] - b[..., 0] * c[..., 2])
+            + a[..., 2] * (b[..., 0] * c[..., 1] - b[..., 1] * c[..., 0])
+        )
+        return np.asarray(across * self.weights)
+
+    def volumes(self, corners: Floats) -> Floats:
+        """Return the volumes of elements [m³], shape (…, element); see ``point_volumes``."""
+        return np.asarray(self.point_volumes(corners).sum(axis=-1))
 
 
 class Measures(Struct, frozen=True, eq=False):
     """SolidElements of one shape as they are drawn.
 
     Attributes:
-        gradients: ∂N_a/∂X at each point [1/m], shape (element, point, node, 3); see ``spread``
-            of the shape.
+        gradients: ∂N_a/∂X at each point [1/m], shape (element, point, node, 3).
         volume: Integration weight of each point [m³], shape (element, point); negative where an
             element is inverted.
     """
@@ -95,16 +100,10 @@ class Measures(Struct, frozen=True, eq=False):
             shape: Of all of them.
             corners: Positions of their nodes [m], shape (element, node, 3).
         """
-        sides = shape.sides(corners)
-        size = np.linalg.det(sides)
+        sides, volume = shape.sides(corners), shape.point_volumes(corners)
         with np.errstate(all="ignore"):
-            inverse = np.linalg.inv(np.where(size[..., None, None] == 0.0, np.nan, sides))
+            inverse = np.linalg.inv(np.where(volume[..., None, None] == 0.0, np.nan, sides))
             gradients = np.einsum("qak,eqkx->eqax", shape.gradients, inverse)
-            volume = size * shape.weights
-            if shape.spread != 1.0:
-                part = (volume / volume.sum(axis=1, keepdims=True))[..., None, None]
-                mean = (part * gradients).sum(axis=1, keepdims=True)
-                gradients = mean + shape.spread * (gradients - mean)
         return cls(np.ascontiguousarray(gradients), volume)
 
 
@@ -124,8 +123,7 @@ def _hexahedron() -> ElementShape:
     edges = [(a, b) for a, b in combinations(range(8), 2) if (sides[a] != sides[b]).sum() == 1]
     return ElementShape(
         "hexahedron", gradients, np.ones(8), np.prod(factors, axis=2), np.array(edges),
-        np.array(triangles), np.repeat(np.arange(6), 2), local=0.375,
-        spread=np.sqrt(0.75),
+        np.array(triangles), np.repeat(np.arange(6), 2), bends=True,
     )  # fmt: skip
 
 

@@ -108,11 +108,11 @@ def pull_free(
     for act in range(acts.motions, acts.first.size - 1):
         s0, s1, s2, _, _, _ = total(act, time, acts)
         for entry in range(acts.first[act], acts.first[act + 1]):
-            node = acts.nodes[entry]
+            node, share = acts.nodes[entry], acts.share[entry]
             if inverse_mass[node] > 0.0:
                 i = 3 * node
-                f[i] += s0
-                f[i + 1] += s1
-                f[i + 2] += s2
-                power += s0 * v[i] + s1 * v[i + 1] + s2 * v[i + 2]
+                f[i] += share * s0
+                f[i + 1] += share * s1
+                f[i + 2] += share * s2
+                power += share * (s0 * v[i] + s1 * v[i + 1] + s2 * v[i + 2])
     return float(power)

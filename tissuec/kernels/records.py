@@ -43,6 +43,7 @@ class BoundaryConditions(NamedTuple):
     first: Integers  # shape (act + 1,)
     nodes: Integers  # shape (entry,)
     base: Rows  # positions that the motions start from [m], shape (entry, 3)
+    share: Floats  # factors of loads, shape (entry,)
     term_first: Integers  # shape (act + 1,)
     term_vector: Rows  # [m] or [N], shape (term, 3)
     term_curve: Integers  # shape (term,)

@@ -1,9 +1,12 @@
-"""Derivatives of the energies of solids by their invariants, each made once for a law."""
+"""Derivatives of the energies of solids by their invariants, each made once for a law.
+
+They are those at a constant volume, where tr C is I1.
+"""
 
 from functools import cache
 
-from tissuec.laws.formula import Formula
-from tissuec.laws.solid import SolidLaw
+from tissuec.laws.formula import Formula, replaced
+from tissuec.laws.solid import I1, TRACE, SolidLaw
 
 
 @cache
@@ -15,7 +18,7 @@ def energy(law: SolidLaw) -> Formula:
 @cache
 def by_first(law: SolidLaw) -> Formula:
     """Return the derivative of the energy by i1."""
-    return energy(law).slope("i1")
+    return replaced(energy(law), {TRACE.name: I1}).slope("i1")
 
 
 @cache

@@ -13,9 +13,13 @@ from tissuec.core.structs import replace
 from tissuec.laws.derivatives import energy
 from tissuec.laws.formula import Constant, Given, Power, Variable
 from tissuec.laws.solid import SolidLaw
+from tissuec.laws.solid.volume import volume_energies
 
 #: Invariants of stretched and of sheared solids, at which energies are compared.
-_STATES = {"i1": np.array([3.01, 3.4, 5.0]), "i2": np.array([3.01, 3.3, 4.2])}
+_STATES = {
+    "i1": np.array([3.01, 3.4, 5.0]), "i2": np.array([3.01, 3.3, 4.2]),
+    "trace": np.array([3.5, 3.1, 5.5]), "j": np.array([1.2, 0.8, 0.9]),
+}  # fmt: skip
 _SAME = 1e-9  # of energies: what follows from moduli in two ways differs by rounding
 
 _ANY = Variable("any number")
@@ -73,8 +77,13 @@ def with_variables(
 
 
 def _are_same(law: SolidLaw, other: SolidLaw) -> bool:
-    values = [np.asarray(energy(each).at(_STATES)) for each in (law, other)]
-    return bool(np.allclose(*values, rtol=_SAME, atol=0.0))
+    several = zip(
+        *((energy(each), *volume_energies(each)) for each in (law, other)), strict=True
+    )
+    return all(
+        np.allclose(one.at(_STATES), another.at(_STATES), rtol=_SAME, atol=0.0)
+        for one, another in several
+    )
 
 
 def _inner(part: Any) -> dict[Any, Any]:

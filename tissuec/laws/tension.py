@@ -16,7 +16,7 @@ from tissuec.laws import MODULUS, STRAIN, of_stress
 from tissuec.laws.derivatives import energy
 from tissuec.laws.formula import Formula, Variable
 from tissuec.laws.principal import PrincipalSum
-from tissuec.laws.solid import I1, I2, SolidLaw
+from tissuec.laws.solid import I1, I2, TRACE, SolidLaw
 
 _STRETCH = 1.0 + STRAIN
 
@@ -41,7 +41,7 @@ def _drawn(formula: Formula) -> Formula:
     match formula:
         case PrincipalSum():
             return formula.along(_STRETCH)
-        case Variable(name=I1.name):
+        case Variable(name=I1.name | TRACE.name):
             return _STRETCH**2.0 + 2.0 / _STRETCH
         case Variable(name=I2.name):
             return 2.0 * _STRETCH + 1.0 / _STRETCH**2.0

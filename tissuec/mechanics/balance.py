@@ -9,6 +9,7 @@ parts that may make it indefinite follows J. Teran, E. Sifakis, G. Irving, R. Fe
 Computer Animation 2005, p. 181; for springs see ``springs.resting_springs``.
 """
 
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
+    from tissuec.mechanics.dissection import EliminationOrder
+    from tissuec.mechanics.inverses import Inverses
     from tissuec.mechanics.stiffness import Stiffness
 
 OFF_PLANE = 1e2  # stiffness across planes of symmetry, relative to the largest of all others
@@ -180,6 +183,10 @@ class Balance:
         position[self.free] = x
         return self.springs.bars(position)
 
+    def bars_at(self, position: Floats) -> Bars:
+        """Return the state of the springs with all nodes at places [m], shape (node, 3)."""
+        return self.springs.bars(position)
+
     def force(self, bars: Bars) -> Floats:
         """Return the sum of all forces on the free nodes [N], shape (free, 3)."""
         total = self.load.copy()
@@ -313,6 +320,19 @@ class Balance:
         turning = sum(acting.weakening(self._time, *where) for acting in self._fields)
         return self.springs.weakening(bars, len(self.free)) + turning
 
+    @cached_property
+    def _elimination(self) -> "EliminationOrder":
+        from tissuec.mechanics.dissection import EliminationOrder
+
+        return EliminationOrder(self._start)
+
+    @cached_property
+    def inverses(self) -> "Inverses":
+        """Return what makes inverses of K."""
+        from tissuec.mechanics.inverses import Inverses
+
+        return Inverses(self._start, self._elimination)
+
     def matrix(self, bars: Bars, *, exact: bool) -> "Stiffness":
         """Return K [N/m], shape (3 free, 3 free).
 
@@ -335,9 +355,9 @@ class Balance:
             wide.append(beside)
         total = summed(parts, size)
         if self._planes is None:
-            return Stiffness(total, np.hstack(wide))
+            return Stiffness(total, np.hstack(wide), self._elimination)
         # Motions off the planes, in which nothing else has a part, are stiffer than all others.
         within, top = self._within, OFF_PLANE * float(np.abs(total.diagonal()).max(initial=0.0))
         off = top * (identity(3 * size) - within)
         kept = csc_matrix(within @ total @ within + off)
-        return Stiffness(kept, np.asarray(within @ np.hstack(wide)))
+        return Stiffness(kept, np.asarray(within @ np.hstack(wide)), self._elimination)

@@ -4,14 +4,6 @@ Newton's method goes first; where it ends short of an equilibrium, relaxation co
 there and Newton's method again. Where the equilibrium is unstable, the net is pushed off along
 the motion in which it buckles, and continues from there.
 
-Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
-near it the exact K, where it is positive definite, converges quadratically. For elements, whose
-clamped K costs most, the exact one is also tried far from equilibrium, until it is first
-indefinite. Steps are cut to a tenth of the net or half a spring, because a net that is not yet
-under tension resists hardly at all across its springs, and halved until the energy falls. Rigid
-motions that cost no energy are left out of steps. (J. Nocedal, S. J. Wright, Numerical
-Optimization, 2006, chapter 3.)
-
 Shared arguments:
     balance: The free nodes and what acts on them.
     x: Positions of the free nodes [m], shape (free, 3).
@@ -29,15 +21,22 @@ from tissuec.core.arrays import norm
 from tissuec.core.errors import counted
 from tissuec.core.signals import give_way
 from tissuec.core.units import FORCE, show
-from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.newton import (
+    HALVINGS,
+    NEAR,
+    ROUNDS,
+    Reached,
+    descend,
+    greatest,
+    predicted,
+)
 from tissuec.mechanics.relaxation import relax
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.stability import SoftestMotion, is_firm, softest
 from tissuec.mechanics.state import State
-from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices, Network
 
@@ -82,6 +81,7 @@ def settle(
     chosen: NDArray[np.bool_],
     guess: Floats | None = None,
     *,
+    before: Floats | None = None,
     patiently: bool = True,
 ) -> tuple[Remark, ...]:
     """Move the chosen free nodes to where the forces on them balance, at rest.
@@ -92,7 +92,10 @@ def settle(
         state: Changed in place; held nodes must be where they belong.
         chosen: Which nodes may move, shape (node,).
         guess: Where the equilibrium may be [m], shape (node, 3); without it, the search starts
-            at the present positions. Motions without resistance keep their value in the state.
+            at the present positions, or where these lead if held nodes have moved. Motions
+            without resistance keep their value in the state.
+        before: Where all nodes were before held ones moved [m], shape (node, 3); as drawn if
+            None.
         patiently: Whether to continue if Newton's method does not converge soon.
 
     Raises:
@@ -105,12 +108,22 @@ def settle(
     start = balance.start if guess is None else guess[balance.free]
     start = set_down(balance, start)
     with np.errstate(over="ignore", invalid="ignore"):  # on the way to nowhere
+        before = state.network.position if before is None else before
+        if guess is None and _have_holders_moved(state, balance, start, before):
+            start = predicted(balance, start, before)
         x, remarks = _settled(balance, state.network, start, patiently=patiently)
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
     state.velocity[balance.free] = 0.0
     state.forget_friction(balance.free)
     _let_relax(state, balance)
     return remarks
+
+
+def _have_holders_moved(state: State, balance: Balance, x: Floats, before: Floats) -> bool:
+    """Return whether held nodes are elsewhere than before, and free nodes are not."""
+    held = state.held
+    stay = np.array_equal(x, before[balance.free])
+    return stay and not np.array_equal(state.position[held], before[held])
 
 
 def _let_relax(state: State, balance: Balance) -> None:
@@ -137,10 +150,11 @@ def _minimum(
 
     Both are positions of the free nodes [m], shape (free, 3).
     """
-    (x, remarks), node = _equilibrium(balance, x, patiently=patiently), 0
+    (x, _, firm), remarks = _equilibrium(balance, x, patiently=patiently)
+    node = 0
     for _ in range(TURNS):
         free = _free_pieces(NeutralMotions.of(balance, x))
-        if is_firm(balance, x):
+        if firm or is_firm(balance, x):
             return x, (*remarks, *free)
         mode = softest(balance, x)
         if mode is None:
@@ -152,7 +166,8 @@ def _minimum(
             text = "the net is a mechanism here: it can move without any force"
             return x, (*remarks, *free, Remark(text, node))
         remarks = (Remark(BUCKLED, node),)
-        x, _ = _equilibrium(balance, _pushed_off(balance, x, mode), patiently=patiently)
+        aside = _pushed_off(balance, x, mode)
+        (x, _, firm), _ = _equilibrium(balance, aside, patiently=patiently)
     return x, (Remark("this equilibrium is unstable", node),)
 
 
@@ -205,7 +220,7 @@ def _without_slides(balance: Balance, network: Network, x: Floats) -> _Slid | No
     try:
         if not NeutralMotions.of(balance, x).count:
             return None
-        x, is_found = descend(balance, x)
+        x, is_found, _ = descend(balance, x)
         neutral = NeutralMotions.of(balance, x)
     finally:
         balance.holds_slides = False
@@ -273,8 +288,8 @@ def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
 
 def _equilibrium(
     balance: Balance, x: Floats, *, patiently: bool
-) -> tuple[Floats, tuple[Remark, ...]]:
-    """Return where the forces balance [m], shape (free, 3), from x on, and what happened.
+) -> tuple[Reached, tuple[Remark, ...]]:
+    """Return where the forces balance, from x on, and what happened.
 
     Near an unstable equilibrium, Newton's steps may become so small that they neither reach nor
     leave it: there the net is pushed off.
@@ -288,9 +303,10 @@ def _equilibrium(
     far = (FAR if patiently else NEARBY) * size or np.inf
     for _ in range(TURNS if patiently else 1):
         rounds, worse = (ROUNDS, ROUNDS) if patiently else (SOON, WORSE)
-        x, found = descend(balance, x, rounds, far, worse)
-        if found:
-            return x, remarks
+        found = descend(balance, x, rounds, far, worse)
+        x = found.x
+        if found.is_balanced:
+            return found, remarks
         if not patiently or not greatest(x - balance.start) <= far:
             break
         bars = balance.bars(x)
@@ -415,165 +431,3 @@ def _set_down(balance: Balance, x: Floats, own: NDArray[np.bool_], step: Floats)
     moved = x.copy()
     moved[own] += after * step
     return moved
-
-
-PRECISE = 1e-12  # of the largest force: what may be left of one that balances
-NEAR = 1e-2  # of the largest force: from here on K is exact
-SHIFT = 1e-9  # of the largest entry of K, where K may be singular
-ROUNDS = 200
-HALVINGS = 30
-LEAVES = 2  # rounds in succession after which forces have grown: x leaves what was near
-SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
-
-
-def descend(
-    balance: Balance,
-    x: Floats,
-    rounds: int = ROUNDS,
-    far: float = np.inf,
-    worse: int = ROUNDS,
-) -> tuple[Floats, bool]:
-    """Return the result of Newton's method [m], shape (free, 3), and whether it balances.
-
-    Args:
-        rounds: Steps at most.
-        far: Way of a node from the start at which the search ends [m].
-        worse: How often in succession the largest force may grow.
-    """
-    hopes, grown, before = balance.has_elements, 0, np.inf
-    for _ in range(rounds):
-        give_way()
-        bars = balance.bars(x)
-        force = balance.force(bars)
-        if balance.holds_slides:
-            force = NeutralMotions.of(balance, x).balanced(force)
-        if is_balanced(balance, bars, force):
-            return polished(balance, x, bars, force), True
-        left = greatest(force)
-        grown, before = grown + 1 if left > before else 0, left
-        if grown > worse:
-            break
-        balance.freeze(bars)
-        near = left <= NEAR * balance.largest(bars)
-        neutral = NeutralMotions.of(balance, x)
-        step = None
-        if hopes and not near:
-            step = direction(balance, bars, neutral, force, matrices=(True,))
-            hopes = step is not None
-        if step is None:
-            matrices = (True, False) if near else (False,)
-            step = direction(balance, bars, neutral, force, matrices=matrices)
-        if step is None:
-            return x, False
-        found = downhill(balance, x, bars, force, step, expands=grown > LEAVES)
-        if found is None:
-            return x, False
-        x = found
-        if not greatest(x - balance.start) <= far:
-            break
-    return x, False
-
-
-def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Floats:
-    """Return the positions after one more exact step, if forces are smaller there.
-
-    Soft motions may still be far from their equilibrium when forces are already small.
-    """
-    neutral = NeutralMotions.of(balance, x)
-    step = direction(balance, bars, neutral, force, matrices=(True, False))
-    if step is None:
-        return x
-    after = balance.force(balance.bars(x + step))
-    return x + step if greatest(after) < greatest(force) else x
-
-
-def is_balanced(balance: Balance, bars: Bars, force: Floats) -> bool:
-    """Return whether the force on every node is zero within tolerance and rounding."""
-    allowed = PRECISE * balance.largest(bars) + balance.noise(bars)
-    return greatest(force) <= allowed
-
-
-def greatest(force: Floats) -> float:
-    """Return the largest magnitude of some forces [N]."""
-    return float(np.sqrt((force * force).sum(axis=1).max(initial=0.0)))
-
-
-def direction(
-    balance: Balance,
-    bars: Bars,
-    neutral: NeutralMotions,
-    force: Floats,
-    *,
-    matrices: tuple[bool, ...],
-) -> Floats | None:
-    """Return a step downhill without neutral motions [m], shape (free, 3).
-
-    Args:
-        neutral: Rigid motions that cost no energy.
-        matrices: Whether K is exact, for each that is tried.
-
-    Returns:
-        The step, None if no matrix gives one.
-    """
-    force = neutral.balanced(force)
-    for matrix in matrices:
-        give_way()
-        stiffness = balance.matrix(bars, exact=matrix)
-        top = float(stiffness.diagonal().max(initial=0.0))
-        shift = 0.0 if matrix else SHIFT * top
-        step = _solved(stiffness.plus(neutral.supports(top) + shift), force)
-        if step is not None:
-            return neutral.without(step)
-    return None
-
-
-def _solved(matrix: Stiffness, force: Floats) -> Floats | None:
-    """Return K⁻¹ F, shape (free, 3); None if K is not positive definite."""
-    try:
-        factor = Factorization(matrix)
-    except RuntimeError:  # singular
-        return None
-    step = factor.solve(force.ravel()).reshape(-1, 3)
-    return step if factor.is_definite and np.vdot(step, force) > 0.0 else None
-
-
-def downhill(
-    balance: Balance,
-    x: Floats,
-    bars: Bars,
-    force: Floats,
-    step: Floats,
-    *,
-    expands: bool = False,
-) -> Floats | None:
-    """Return the positions along a step at which the energy is lower [m], shape (free, 3).
-
-    Args:
-        step: Displacement of each free node [m], shape (free, 3).
-        expands: Whether the step is doubled while the energy falls on.
-
-    Returns:
-        The positions, None if the energy falls nowhere along the step.
-    """
-    spring = float(np.maximum(bars.length, balance.springs.rest).max(initial=0.0))
-    reach = max(0.5 * spring, 0.1 * float(np.ptp(x, axis=0).max()))
-    size = greatest(step)
-    part = 1.0 if size <= reach else reach / size
-    energy, _ = balance.energy(x, bars)
-    slope = float(np.vdot(force, step))
-    for _ in range(HALVINGS):
-        give_way()
-        there = x + part * step
-        after, rounding = balance.energy(there, balance.bars(there))
-        if after - energy <= -SLOPE * part * slope + rounding:
-            break
-        part *= 0.5
-    else:
-        return None
-    while expands and 2.0 * part * size <= reach:
-        further = x + 2.0 * part * step
-        energy, _ = balance.energy(further, balance.bars(further))
-        if not energy < after:
-            break
-        there, after, part = further, energy, 2.0 * part
-    return there

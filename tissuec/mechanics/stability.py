@@ -14,6 +14,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from tissuec.core.signals import give_way
 from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.inverses import Indefinite, Iterations
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.state import State
@@ -39,21 +40,26 @@ class SoftestMotion(Struct, frozen=True, eq=False):
         return int(balance.free[np.argmax((self.shape**2).sum(axis=1))])
 
 
-def is_firm(balance: Balance, x: Floats) -> bool:
-    """Return whether every motion at x [m], shape (free, 3), that is not neutral resists.
+def firm_inverse(balance: Balance, x: Floats, bars: Bars) -> Factorization | Iterations | None:
+    """Return K⁻¹ at x [m], shape (free, 3), if every motion that is not neutral resists.
 
-    That is so if K without ``LOOSE`` of the stiffest has positive pivots alone. Of n neutral
-    motions, each is held at one unknown. If K is positive then, it is so where these do not
-    move, and has no more than n eigenvalues that are not (R. Courant's principle): those of the
-    neutral motions.
+    That is so if K without ``LOOSE`` of the stiffest, which is inverted, has positive pivots
+    alone. Of n neutral motions, each is held at one unknown. If K is positive then, it is so
+    where these do not move, and has no more than n eigenvalues that are not (R. Courant's
+    principle): those of the neutral motions.
     """
     neutral = NeutralMotions.of(balance, x, np.ones(len(x)))
-    matrix, top = _resistance(balance, balance.bars(x))
+    matrix, top = _resistance(balance, bars)
     try:
-        factor = Factorization(matrix.plus(neutral.supports(top) - LOOSE * top))
+        found = balance.inverses.of(matrix.plus(neutral.supports(top) - LOOSE * top))
     except RuntimeError:  # singular
-        return False
-    return factor.is_definite
+        return None
+    return found if found.is_definite else None
+
+
+def is_firm(balance: Balance, x: Floats) -> bool:
+    """Return whether every motion at x [m], shape (free, 3), that is not neutral resists."""
+    return firm_inverse(balance, x, balance.bars(x)) is not None
 
 
 def _resistance(balance: Balance, bars: Bars) -> tuple[Stiffness, float]:
@@ -81,7 +87,7 @@ def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
         return neutral.without(vector.reshape(-1, 3)).ravel()
 
     try:
-        solve = Factorization(matrix.plus(np.full(size, -below))).solve
+        solve = balance.inverses.of(matrix.plus(np.full(size, -below))).solve
 
         def inverted(b: Floats) -> Floats:
             give_way()
@@ -90,7 +96,7 @@ def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
         inverse = LinearOperator((size, size), inverted)
         whole = LinearOperator((size, size), matrix)
         found = cast(Any, eigsh)(whole, k=1, sigma=below, v0=project(start), OPinv=inverse)
-    except (ArpackError, RuntimeError):
+    except (ArpackError, Indefinite, RuntimeError):
         return None
     value, shape = float(found[0][0]), np.asarray(found[1]).reshape(-1, 3)
     # A rule that says to which side the net buckles: the first that moves much, moves forwards.

@@ -10,8 +10,8 @@ J. Res. Nat. Bur. Stand. 49:409, 1952). Their preconditioner consists of the inv
 diagonal blocks of nodes.
 """
 
-from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from msgspec import Struct
@@ -20,13 +20,19 @@ from scipy.sparse import csc_matrix, diags_array
 from scipy.sparse.linalg import splu
 
 from tissuec.core.signals import waiting_for
-from tissuec.model.network import Floats
+from tissuec.core.structs import replace
+from tissuec.mechanics.dissection import EliminationOrder
+from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 
 LONG = 3000  # unknowns of factors during which signals are handled
+DISSECTED = 1000  # unknowns from which nested dissection makes smaller factors
+# Of SuperLU: the given order, and the widths of columns that it treats together, which are
+# those of leaves of the dissection.
+ORDERED: dict[str, Any] = {"permc_spec": "NATURAL", "relax": 20, "panel_size": 20}
 
 
 class LowRankFactor:
@@ -35,6 +41,7 @@ class LowRankFactor:
     Args:
         matrix: S in any unit, shape (n, n).
         left, right: L and R, shape (n, column); without columns, S alone is solved.
+        order: In which unknowns are eliminated, shape (n,); None where SuperLU chooses it.
         options: Of ``scipy.sparse.linalg.splu``.
 
     Raises:
@@ -42,12 +49,21 @@ class LowRankFactor:
         Halted: A signal ended the run meanwhile.
     """
 
-    def __init__(self, matrix: sparse.csc_matrix, left: Floats, right: Floats, **options: Any):
+    def __init__(
+        self,
+        matrix: sparse.csc_matrix,
+        left: Floats,
+        right: Floats,
+        order: Indices | None = None,
+        **options: Any,
+    ):
+        if order is not None:
+            matrix, options = csc_matrix(matrix[order][:, order]), {**options, **ORDERED}
         factor = partial(splu, matrix, **options)
         is_long = matrix.shape[0] >= LONG
         self._factor, self._right = waiting_for(factor) if is_long else factor(), right
-        self._is_wide = right.shape[1] > 0
-        self._spread = self._factor.solve(left) if self._is_wide else left
+        self._order, self._is_wide = order, right.shape[1] > 0
+        self._spread = self._within(left) if self._is_wide else left
         self._schur = np.eye(right.shape[1]) + right.T @ self._spread
 
     @property
@@ -58,7 +74,7 @@ class LowRankFactor:
 
     def solve(self, vectors: Floats) -> Floats:
         """Return the inverse times vectors in any unit, shape (n,) or (n, vector)."""
-        found = self._factor.solve(vectors)
+        found = self._within(vectors)
         if not self._is_wide:
             return found
         return found - self._spread @ np.linalg.solve(self._schur, self._right.T @ found)
@@ -69,7 +85,16 @@ class LowRankFactor:
             # Sᵀ y + R z = b with z = Lᵀ y, so that z = Lᵀ S⁻ᵀ (b - R z).
             z = np.linalg.solve(self._schur.T, self._spread.T @ vector)
             vector = vector - self._right @ z
-        return np.asarray(self._factor.solve(vector, "T"), dtype=float)  # pyright: ignore[reportCallIssue]  # the stub knows "N" only
+        return self._within(vector, "T")
+
+    def _within(self, vectors: Floats, way: Literal["N", "T"] = "N") -> Floats:
+        """Return S⁻¹, or with "T" its transpose, times vectors, shape of these."""
+        solve = cast(Any, self._factor.solve)  # the stub knows "N" only
+        if self._order is None:
+            return np.asarray(solve(vectors, way), dtype=float)
+        found = np.empty(vectors.shape)
+        found[self._order] = solve(vectors[self._order], way)
+        return found
 
 
 class Stiffness(Struct, frozen=True, eq=False):
@@ -78,10 +103,12 @@ class Stiffness(Struct, frozen=True, eq=False):
     Attributes:
         sparse: S [N/m], shape (n, n).
         wide: W [(N/m)^½], shape (n, column).
+        elimination: Order for factors; None where SuperLU chooses it.
     """
 
     sparse: csc_matrix
     wide: Floats
+    elimination: EliminationOrder | None = None
 
     def __call__(self, vector: Floats) -> Floats:
         """Return K u, shape of u: (n,) or (n, vector)."""
@@ -101,7 +128,10 @@ class Stiffness(Struct, frozen=True, eq=False):
         Args:
             added: [N/m], shape (n,).
         """
-        return Stiffness(csc_matrix(self.sparse + diags_array(added, format="csc")), self.wide)
+        if not added.any():
+            return self
+        total = csc_matrix(self.sparse + diags_array(added, format="csc"))
+        return replace(self, sparse=total)
 
 
 class Factorization(LowRankFactor):
@@ -113,11 +143,23 @@ class Factorization(LowRankFactor):
 
     def __init__(self, matrix: Stiffness):
         symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
-        wide = matrix.wide
-        order = {"permc_spec": "MMD_AT_PLUS_A", "options": symmetric}
-        super().__init__(matrix.sparse, wide, wide, **order)
+        wide, elimination, order = matrix.wide, matrix.elimination, None
+        if elimination is not None and len(wide) >= DISSECTED:
+            order = elimination.of(matrix.sparse)
+        by = {"permc_spec": "MMD_AT_PLUS_A", "options": symmetric}
+        super().__init__(matrix.sparse, wide, wide, order, **by)
 
-    @property
+    repeats = True  # another solution costs little
+
+    def solve(self, vectors: Floats, precision: float = 0.0) -> Floats:
+        """Return K⁻¹ times vectors in any unit, shape (n,) or (n, vector), to rounding."""
+        return super().solve(vectors)
+
+    def downhill(self, vector: Floats, precision: float = 0.0) -> Floats | None:
+        """Return K⁻¹ times a vector in any unit, shape (n,); None if K is not definite."""
+        return self.solve(vector) if self.is_definite else None
+
+    @cached_property
     def is_definite(self) -> bool:
         """Return whether K is positive definite, by the signs of pivots."""
         factor = self._factor
@@ -153,19 +195,19 @@ class ConjugateGradients:
         """Return K⁻¹ times a vector in any unit, shape (n,); NaN if that fails."""
         found, residual = np.zeros_like(vector), vector.copy()
         refined = self._refined(residual)
-        search, product = refined.copy(), _inner(refined, residual)
+        search, product = refined.copy(), inner(refined, residual)
         enough = PRECISION * PRECISION * product
         for _ in range(ROUNDS):
             if not product > enough:
                 return found
             image = self._matrix(search)
-            bent = _inner(search, image)
+            bent = inner(search, image)
             if not bent > 0.0:
                 break
             found += product / bent * search
             residual -= product / bent * image
             refined = self._refined(residual)
-            before, product = product, _inner(refined, residual)
+            before, product = product, inner(refined, residual)
             search = refined + product / before * search
         return np.full_like(vector, np.nan)
 
@@ -173,6 +215,9 @@ class ConjugateGradients:
         return np.einsum("nij,nj->ni", self._inverse, vector.reshape(-1, 3)).ravel()
 
 
-def _inner(one: Floats, other: Floats) -> float:
-    """Return the inner product; BLAS would add in an order that depends on its threads."""
+def inner(one: Floats, other: Floats) -> float:
+    """Return the inner product of vectors in any unit, shape (n,).
+
+    BLAS would add in an order that depends on its threads.
+    """
     return float(np.add.reduce(one * other))

@@ -14,7 +14,7 @@ from tissuec.core.errors import counted
 from tissuec.core.structs import replace
 from tissuec.geometry.divisions import volumes
 from tissuec.geometry.edges import Floats, Indices
-from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape, Measures
+from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs
@@ -87,7 +87,7 @@ def _turned(name: str, position: Floats, nodes: Indices) -> Indices:
     if name == "tetrahedron":
         content = volumes(position, nodes)
     else:
-        content = Measures.of(SHAPES[name], position[nodes]).volume.sum(axis=1)
+        content = SHAPES[name].volumes(position[nodes])
     return np.where((content < 0.0)[:, None], nodes[:, MIRRORED[name]], nodes)
 
 
@@ -120,8 +120,9 @@ def _mesh(
     volume, pairs = np.zeros(len(position)), [np.zeros((0, 2), dtype=np.int64)]
     for one in elements:
         shape = SHAPES[one.shape]
-        _refuse_flat(one, position)
-        share = node_shares(shape, position[one.nodes])
+        content = shape.point_volumes(position[one.nodes])
+        _refuse_flat(one, position, content)
+        share = content @ shape.lumped
         volume += np.bincount(one.nodes.ravel(), share.ravel(), len(position))
         pairs.append(one.nodes[:, shape.edges].reshape(-1, 2))
     return Mesh(
@@ -140,17 +141,17 @@ def node_shares(shape: ElementShape, corners: Floats) -> Floats:
     Args:
         corners: Positions of their nodes [m], shape (element, node, 3).
     """
-    return np.einsum("eq,qa->ea", Measures.of(shape, corners).volume, shape.lumped)
+    return shape.point_volumes(corners) @ shape.lumped
 
 
-def _refuse_flat(elements: ElementMesh, position: Floats) -> None:
+def _refuse_flat(elements: ElementMesh, position: Floats, volume: Floats) -> None:
     """Reject elements of one shape that are flat or folded at one of their points.
 
     Args:
         position: Nodes [m], shape (node, 3).
+        volume: Of their points [m³], shape (element, point).
     """
     corners = position[elements.nodes]
-    volume = Measures.of(SHAPES[elements.shape], corners).volume
     longest = np.ptp(corners, axis=1).max(axis=1)
     wrong = volume.min(axis=1) * volume.shape[1] <= _FLAT * longest**3
     if not wrong.any():

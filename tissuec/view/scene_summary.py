@@ -253,6 +253,9 @@ def _method(plan: Prediction) -> list[str]:
     ]
 
 
+LARGE = 2e8  # bytes of memory that are worth a line
+
+
 def cost(plan: Prediction) -> list[str]:
     """Return the number of steps, their time, and the size of the file."""
     file = f"result file of {'at most' if plan.compress else 'about'} {shown_size(plan.bytes)}"
@@ -260,9 +263,11 @@ def cost(plan: Prediction) -> list[str]:
     number = counted(still.equilibria, "equilibrium")
     time = show(still.seconds, TIME, digits=2)
     equilibria = f"about {number}, {still.steps:.0f} steps of Newton's method, {time}"
-    also = [equilibria] if still.equilibria else []
+    memory = [f"about {shown_size(round(still.bytes))} of memory for matrices"]
+    also = memory if still.bytes >= LARGE else []
     if plan.method == EQUILIBRIUM:
-        return [f"{equilibria} of computing time", file]
+        return [f"{equilibria} of computing time", *also, file]
+    also = [equilibria, *also] if still.equilibria else []
     if not isfinite(plan.steps):
         each = show(plan.step_seconds, TIME, digits=2)
         return [

@@ -10,12 +10,12 @@ from scipy.sparse import csr_matrix
 from tests.hand_net import chain, make_net, span, start
 from tissuec.analysis.vibration import operator
 from tissuec.analysis.vibration.modes import modes_of
-from tissuec.analysis.vibration.operator import dissected
 from tissuec.core.structs import replace
 from tissuec.forces import pooled_fields
 from tissuec.forces.enclosed.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.dissection import dissected
 from tissuec.model import topology
 
 ROUNDING = 1e-9  # relative, of eigenvalues no smaller than a millionth of the largest
@@ -290,7 +290,7 @@ def test_the_order_of_elimination_takes_every_node_once_and_fills_little():
     joined = csr_matrix(
         (np.ones(2 * len(low)), (np.r_[low, high], np.r_[high, low])), shape=(side**2,) * 2
     )
-    order = dissected(net.position, joined)
+    order = dissected(net.position, joined).nodes
     assert sorted(order) == list(range(side**2))
     # The last to be eliminated part the net: without them it falls apart.
     whole = np.isin(net.springs.ends, order[-side:]).any(axis=1)

@@ -70,7 +70,7 @@ def test_a_situation_comes_back_with_its_motions_and_shares_what_the_network_has
             state.motions["a"].at(time), back.motions["a"].at(time), strict=True
         ):
             assert np.array_equal(one, other)
-    assert [load.at(0.5).tolist() for load in back.loads.values()] == [[1, 0, 0]]
+    assert [load.at(0.5).tolist() for load in back.loads.values()] == [[[1, 0, 0]]]
     assert back.holders["fix"].tolist() == [3]
 
 

@@ -2,16 +2,18 @@
 
 No net or element is used: a principal stretch λ has the nominal stress
 
-    P = μ (ψ1 ∂I1/∂λ + ψ2 ∂I2/∂λ) + K (J - 1) J/λ + ∂W/∂λ of fibres,
+    P = μ (ψ1 ∂I1/∂λ + ψ2 ∂I2/∂λ) + K h'(J) J/λ + ∂W/∂λ of fibres,
 
-with I1 = J^(-2/3) Σ λ², I2 = J^(-4/3) Σ λ²λ'², J the product of the stretches; those across a
-load follow from zero stress. The derivatives of ψ are those of the reference. A bar that is
+with I1 = J^(-2/3) Σ λ², I2 = J^(-4/3) Σ λ²λ'², J the product of the stretches and h the
+energy of the volume; stretches across a load follow from zero stress. The derivatives of ψ and
+h are those of the reference; coupled laws have tr C in the place of I1. A bar that is
 sheared by γ keeps its volume, and has I1 = I2 = 3 + γ². (G. A. Holzapfel, Nonlinear Solid
 Mechanics, 2000, chapter 6; T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface
 3:15, 2006, on fibres.)
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -35,7 +37,7 @@ from tissuec.scene.tissues.quantities import (
     POISSONS_RATIO,
     YOUNGS_MODULUS,
 )
-from tissuec.validate.forces.solid_laws import Slopes, slopes_of
+from tissuec.validate.forces.solid_laws import Slopes, SolidLaws, is_coupled, slopes_of
 
 _TRIES = 60  # of Newton's method
 _STRIDE = 0.2  # of logarithms of stretches, at most in one of them
@@ -49,12 +51,16 @@ class LawCurve(Struct, frozen=True):
     Attributes:
         shear, bulk: Moduli μ and K at rest [Pa].
         slopes: Derivatives of ψ by I1 and I2.
+        volume: The derivative of the energy of the volume by J [Pa].
+        is_coupled: Whether ψ depends on tr C.
         fibres: k1 [Pa], k2 and the dispersion κ of fibres along x; all 0 without any.
     """
 
     shear: float
     bulk: float
     slopes: Slopes
+    volume: Callable[[Any], Any]
+    is_coupled: bool = False
     fibres: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @classmethod
@@ -68,10 +74,14 @@ class LawCurve(Struct, frozen=True):
         spread = given.get(FIBRE_DISPERSION, 0.0)
         added = given.get(FIBRE_MODULUS, young) - young
         fibres = 0.25 * added / (1.0 - 3.0 * spread) ** 2, given.get(FIBRE_STIFFENING, 0.0)
+        shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
+        laws = SolidLaws([law], np.zeros(1, dtype=np.int64), np.array([shear]))
         return cls(
-            young / (2.0 * (1.0 + ratio)),
-            young / (3.0 * (1.0 - 2.0 * ratio)),
+            shear,
+            bulk,
             slopes_of(law),
+            lambda j: laws.of_volume(np.array([j]), bulk)[1][0],
+            is_coupled(law),
             (*fibres, spread),
         )
 
@@ -79,6 +89,7 @@ class LawCurve(Struct, frozen=True):
         """Return nominal stresses in a mode [Pa], shape (strain,).
 
         Args:
+            mode: Loading mode, one of ``known_curves.MODES``.
             strains: Ascending; positive in compression, too.
 
         Raises:
@@ -124,9 +135,8 @@ class LawCurve(Struct, frozen=True):
         by_one = 2.0 * g * stretches - 2.0 / 3.0 * one / stretches
         by_two = 2.0 * g**2 * stretches * (square.sum() - square) - 4.0 / 3.0 * two / stretches
         first, second = self._by_invariants(one, two)
-        found = (
-            first * by_one + second * by_two + self.bulk * (volume - 1.0) * volume / stretches
-        )
+        of_law = 2.0 * stretches if self.is_coupled else by_one
+        found = first * of_law + second * by_two + self.volume(volume) * volume / stretches
         k1, k2, spread = self.fibres
         e = self._fibre_strain(one, square)
         if k1 and (e > 0.0 if drawn is None else drawn):

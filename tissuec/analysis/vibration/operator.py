@@ -7,11 +7,7 @@ Motions u(t) = φ cos ωt of the free nodes obey K φ = ω² M φ. With y = M^½
 S is sparse; W has one column for each enclosed volume with a large surface, whose pressure acts
 between all of its nodes. (R. W. Clough, J. Penzien, Dynamics of Structures, 2003.)
 
-Nodes are ordered so that the factor of S has few entries, by nested dissection of places: the
-net is halved across its longest side, and the nodes of one half that springs join to the other
-come last; both halves likewise. For meshes of the plane the factor has O(n log n) entries, and
-for solids O(n^(4/3)). (A. George, SIAM J. Numer. Anal. 10:345, 1973; G. L. Miller et al., J.
-ACM 44:1, 1997.)
+Unknowns are eliminated in the order of ``mechanics.dissection``.
 
 Small nets are solved by a dense solver, larger ones by Lanczos's method with (A - σ)⁻¹, σ being
 just below all eigenvalues, or at the limit that they are to lie above. As the method may pass
@@ -27,11 +23,12 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from msgspec import Struct
 from scipy.linalg import eigh
-from scipy.sparse import csc_matrix, csr_matrix, diags_array, eye_array
+from scipy.sparse import csc_matrix, diags_array, eye_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.dissection import EliminationOrder
 from tissuec.model.network import Floats, Indices
 
 SOUND = 1e-6  # of the right-hand side: what a solution may leave of it
@@ -76,10 +73,7 @@ class Operator(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def order(self) -> Indices:
         """Return the order in which unknowns are eliminated, shape (n,)."""
-        pattern = self.sparse.tocoo()
-        nodes = np.ones(pattern.nnz, dtype=np.int8), (pattern.row // 3, pattern.col // 3)
-        joined = csr_matrix(nodes, shape=(self.size // 3, self.size // 3))
-        return (3 * dissected(self.places, joined)[:, None] + np.arange(3)).ravel()
+        return EliminationOrder(self.places).of(self.sparse)
 
 
 class Shifted:
@@ -165,47 +159,6 @@ def operator_of(balance: Balance, bars: Bars) -> Operator:
         np.asarray(root @ stiffness.wide, dtype=float),
         bars.position[balance.free],
     )
-
-
-LEAF = 32  # nodes that are not divided further
-
-
-def dissected(position: Floats, joined: csr_matrix) -> Indices:
-    """Return the numbers of nodes in the order of elimination, shape (node,).
-
-    Args:
-        position: Of the nodes [m], shape (node, 3).
-        joined: Which nodes act on one another, symmetric, shape (node, node).
-    """
-    order = np.empty(len(position), dtype=np.int64)
-    is_there = np.zeros(len(position), dtype=bool)
-    waiting = [(0, np.arange(len(position)))]
-    while waiting:
-        first, nodes = waiting.pop()
-        if len(nodes) <= LEAF:
-            order[first : first + len(nodes)] = nodes
-            continue
-        low, high = _halves(position, nodes)
-        is_there[high] = True
-        rows = joined[low]
-        touches = np.bincount(
-            np.repeat(np.arange(len(low)), np.diff(rows.indptr)),
-            is_there[rows.indices], len(low),
-        ) > 0.0  # fmt: skip
-        is_there[high] = False
-        last = first + len(nodes) - np.count_nonzero(touches)
-        order[last : first + len(nodes)] = low[touches]
-        inner = low[~touches]
-        waiting += [(first, inner), (first + len(inner), high)]
-    return order
-
-
-def _halves(position: Floats, nodes: Indices) -> tuple[Indices, Indices]:
-    """Return the nodes on either side of the middle of the longest side."""
-    places = position[nodes]
-    along = places[:, np.argmax(np.ptp(places, axis=0))]
-    ranked = nodes[np.argsort(along, kind="stable")]
-    return ranked[: len(ranked) // 2], ranked[len(ranked) // 2 :]
 
 
 DENSE = 900  # unknowns up to which all eigenvalues are computed: about a second

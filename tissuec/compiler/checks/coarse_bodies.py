@@ -1,4 +1,4 @@
-"""Check of solids that have too few cells across to bend and twist as their tissue would."""
+"""Check of nets that have too few cells across to bend and twist as their tissue would."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,6 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.mechanics.state import State
-from tissuec.meshes.generators.lattice import Lattice
 from tissuec.model.network import BodyPart
 from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
 
@@ -22,32 +21,19 @@ BENDING, TORSION, SOFT = 1.15, 1.3, 0.7
 FEW = 5.0  # cells across a body that may be too few: with more, no ratio is that large
 SLENDER = 3.0  # times its thickness that a body without support is long before it bends much
 ENOUGH = 4.0  # cells across that are advised
-#: Stiffness in bending of one hexahedron across, for Poisson's ratios of 0.49 and 0.25.
-SINGLE = "0.71 to 0.87"
 LARGEST = 20_000  # springs of a body that is examined: some tenths of a second
 
 
 @thorough_check
 def coarse(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W210: solids of one tissue in pascals that are much too stiff in bending or torsion."""
+    """W210: nets of springs in pascals that are much too stiff in bending or torsion."""
     state = None
     for part in compiled.network.bodies:
         placed = compiled.groups.bodies[key_of(part.name)]
-        is_single = _has_one_element_across(placed.drawing)
-        if not (is_single or _is_asked_of(placed.drawing)):
+        if not _is_asked_of(placed.drawing):
             continue
         state = state or state_at_start(compiled)
         if (across := _cells_across(part, placed.drawing, state)) is None:
-            continue
-        if is_single:
-            yield Diagnostic(
-                "W210",
-                f"{part.name} is too coarse to bend and twist like its tissue: with one "
-                f"element across, it is {SINGLE} times as stiff in bending and 1.15 times in "
-                "torsion",
-                part.span,
-                f"use cells of {show(across[1] / 2.0, LENGTH, digits=2)} or less",
-            )
             continue
         from tissuec.compiler.bodies.solid_nets import SolidNet  # where it is needed
 
@@ -67,14 +53,6 @@ def coarse(compiled: Compiled) -> Iterator[Diagnostic]:
             part.span,
             f"use cells of {show(thickness / ENOUGH, LENGTH, digits=2)} or less",
         )
-
-
-def _has_one_element_across(drawing: Drawing) -> bool:
-    """Return whether a body consists of hexahedra of a lattice, one thick."""
-    generator = drawing.body.mesh
-    if drawing.body.elements is None or not isinstance(generator, Lattice):
-        return False
-    return min(generator.cells()) == 1
 
 
 def _is_asked_of(drawing: Drawing) -> bool:

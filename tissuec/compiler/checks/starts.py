@@ -190,7 +190,7 @@ def _expensive_equilibria(
 ) -> Diagnostic:
     """Return a warning of many or large equilibria."""
     largest = max(network.parts, key=lambda part: part.springs.stop - part.springs.start)
-    equilibria, steps, seconds = expected.static
+    equilibria, steps, seconds, _ = expected.static
     number = counted(equilibria, "equilibrium")
     return Diagnostic(
         "W413",

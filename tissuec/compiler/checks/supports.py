@@ -101,7 +101,7 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
 
 def _direction(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Floats:
     """Return where weight, or else pushes, drive some bodies; 0 where they balance, (3,)."""
-    acting, gravity = _acting(one, pushes), compiled.plan.gravity
+    acting, gravity = _acting(one, pushes, compiled.network), compiled.plan.gravity
     total = _resultant(one, acting, compiled.network)
     if np.any(gravity):
         # What is pushed up may float.
@@ -111,10 +111,11 @@ def _direction(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Floats
     return np.zeros(3) if is_balanced else total / size
 
 
-def _acting(one: Loose, pushes: Sequence[Push]) -> Floats:
+def _acting(one: Loose, pushes: Sequence[Push], network: Network) -> Floats:
     """Return the forces of all pushes on some bodies [N], shape (push, 3)."""
-    counts = [np.isin(push.group.indices, one.nodes).sum() for push in pushes]
-    forces = [push.on_each * count for push, count in zip(pushes, counts, strict=True)]
+    loads = [push.load(network, push.profile) for push in pushes]
+    own = [load.factors[np.isin(load.nodes, one.nodes)].sum() for load in loads]
+    forces = [load.terms[0].vector * each for load, each in zip(loads, own, strict=True)]
     return np.array(forces, dtype=float).reshape(-1, 3)
 
 
@@ -203,7 +204,7 @@ def _told(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Iterator[Di
     if not np.any(plan.gravity):
         if np.isfinite(one.until):
             return
-        left = _resultant(one, _acting(one, pushes), network)
+        left = _resultant(one, _acting(one, pushes, network), network)
         total = show(float(norm(left)), FORCE)
         text = f"nothing holds {one.name}: pushes of {total} in all drive it away"
         hint += "; forces that balance need no support"

@@ -486,7 +486,7 @@ def _block(
 
         wall = cast("MembraneMaterial", material)
         return Membranes.of(elements.body, nodes, position, wall, *springs).block
-    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.solids.hexahedra import kind_of
 
     shape, solid = SHAPES[elements.shape], cast("SolidMaterial", material)
-    return SolidElements.of(elements.body, shape, nodes, position, solid, *springs).block
+    return kind_of(shape).of(elements.body, shape, nodes, position, solid, *springs).block

@@ -65,21 +65,28 @@ class LoadTerm(Struct, frozen=True, eq=False):
 
 
 class Load(Nodal, frozen=True):
-    """An external force on each of some nodes: Σ vectorᵢ sᵢ(t) [N] per node.
+    """An external force on each of some nodes: share · Σ vectorᵢ sᵢ(t) [N].
 
     Attributes:
         nodes: Shape (n,); one may be named more than once.
         terms: What the force is the sum of.
         span: The sentence that ordered it.
+        shares: Factor of each node, shape (n,); None if all are 1.
     """
 
     nodes: Indices
     terms: tuple[LoadTerm, ...]
     span: Span
+    shares: Floats | None = None
+
+    @property
+    def factors(self) -> Floats:
+        """Return the factor of each node, dimensionless, shape (n,)."""
+        return np.ones(len(self.nodes)) if self.shares is None else self.shares
 
     def at(self, time: Floats | float) -> Floats:
-        """Return the force on each of the nodes [N], shape (…, 3)."""
-        return total(self.terms, time)[0]
+        """Return the force on each of the nodes [N], shape (…, n, 3)."""
+        return total(self.terms, time)[0][..., None, :] * self.factors[:, None]
 
     @property
     def is_constant(self) -> bool:
@@ -95,11 +102,11 @@ class Load(Nodal, frozen=True):
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
-        np.add.at(np.moveaxis(to, -2, 0), self.nodes, self.at(time))
+        np.add.at(to, (..., self.nodes, slice(None)), self.at(time))
 
     def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return F·v, put in from outside, and nothing lost [W], shape (…, 2)."""
-        done = (velocity[..., self.nodes, :].sum(axis=-2) * self.at(time)).sum(axis=-1)
+        done = (velocity[..., self.nodes, :] * self.at(time)).sum(axis=(-2, -1))
         return np.stack([done, np.zeros_like(done)], axis=-1)
 
 

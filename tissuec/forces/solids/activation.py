@@ -27,7 +27,8 @@ from tissuec.autodiff import Number, Numbers, Tensor, Vector, hessian, maximum, 
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import PointState, TracedPoint
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.points import PointTable, pull_loop, push_loop
+from tissuec.compiled.loops.point_derivatives import pull_loop, push_loop
+from tissuec.compiled.loops.point_frame import PointTable
 from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
 from tissuec.core.source import Span
 from tissuec.core.structs import replace

@@ -21,7 +21,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.autodiff import Number, Tensor, largest, maximum, sqrt
-from tissuec.autodiff.points import TracedPoint
+from tissuec.autodiff.points import PLACES, TracedPoint
 from tissuec.model.network import Floats, Indices
 
 
@@ -141,22 +141,22 @@ def measures_of(point: TracedPoint) -> dict[str, Number]:
     Args:
         point: Of elements; what it remembers has no part in them.
     """
-    f = point.tensor(list(map(point.mean_of, point.f)))
+    f = point.tensor(list(map(point.mean_of, point.state.seen.get("deformation", point.f))))
     stretch = sqrt(largest(f.transposed @ f))
     pull = _largest_stress(point) / stretch
     energy = point.mean_of(point.state.energy) + point.of_mean
+    if point.cell is not None:
+        energy = energy + point.cell.state.energy
     return {"strain": stretch - 1.0, "stress": pull, "energy": energy}
 
 
 def _largest_stress(point: TracedPoint) -> Number:
     """Return the largest principal value of the mean of P Fᵀ [Pa]."""
-    f, piola = point.tensor(point.f), point.tensor(point.elastic_stress)
     if point.directions == 2:  # in the plane, where Fᵀ P has the same principal values
+        f, piola = point.tensor(point.f), point.tensor(point.elastic_stress)
         (a, b), (c, d) = (map(point.mean_of, row) for row in (f.transposed @ piola).rows)
         half = 0.5 * (a - d)
         return 0.5 * (a + d) + sqrt(maximum(half * half + b * c, 0.0))
-    stress = (piola @ f.transposed).rows
+    mean = dict(zip(PLACES[3], map(point.mean_of, point.state.seen["kirchhoff"]), strict=True))
     every = range(3)
-    return largest(
-        Tensor([point.mean_of(stress[min(i, j)][max(i, j)]) for j in every] for i in every)
-    )
+    return largest(Tensor([mean[min(i, j), max(i, j)] for j in every] for i in every))

@@ -3,24 +3,19 @@
 An element has nodes at x_a, drawn at X_a, and points of quadrature of the volume w (see
 ``geometry.elements``). With F = Σ x_a ⊗ ∂N_a/∂X and J = det F at each point, it stores
 
-    E = Σ w (μ ψ(g I1, g² I2) + K0/2 (J - 1)²) + (K - K0) V/2 (M - 1)²,    M = Σ w J / V,
+    E = Σ w (μ ψ(g I1, g² I2) + K0 h(J)) + (K - K0) V h(M),    M = Σ w J / V,
 
-where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², and ψ is the law of the solid
-(``laws.solid``). The volumetric term acts on the mean of an element, so that nearly
-incompressible elements do not lock (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
-Mech. Eng. 51:177, 1985). A mean alone would leave bending of tetrahedra without resistance, and
-that of hexahedra, whose gradients deviate less from their mean than those of their shape
-functions (``geometry.elements``), with too little. K0 is the smaller of K and 2 μ in
-tetrahedra, and of K and 3/8 μ in hexahedra; it is 0 in wedges. Below J = 1/5, g is its
-parabola there: elements that are turned inside out have an energy and push back.
+where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², ψ is the law of the solid (``laws.solid``), and
+K h what a change of volume costs (``laws.solid.volume``). This acts on the mean of an element,
+so that nearly incompressible elements do not lock (J. C. Simo, R. L. Taylor, K. S. Pister,
+Comput. Meth. Appl. Mech. Eng. 51:177, 1985). A mean alone would leave bending of tetrahedra
+without resistance. K0 is the smaller of K and 2 μ in tetrahedra, and 0 in wedges. Points of
+hexahedra are strained by ``solids.bent_cell``. Below J = 1/5, g and h are their parabolas
+there, and the invariants are enlarged (``solids.solid_point``): elements that are turned inside
+out have an energy and push back.
 
-The forces on nodes are -Σ w P ∂N_a/∂X with
-
-    P = s F + t cof F - 2 μ g² ψ2 F FᵀF,    s = 2 μ (g ψ1 + g² ψ2 I1),
-    t = μ g' (ψ1 I1 + 2 g ψ2 I2) + (K - K0)(M - 1) + K0 (J - 1),
-
-ψ1 and ψ2 being the derivatives of ψ, and g' = dg/dJ. Each family of fibres that is stretched
-along a, a unit vector as drawn, adds
+Forces on nodes are -∂E/∂x_a. Each family of fibres that is stretched along a, a unit vector as
+drawn, adds
 
     E = Σ w k1/2k2 (exp(k2 e²) - 1),    e = κ (g I1 - 3) + (1 - 3 κ) (|F a|² - 1) > 0,
 
@@ -42,6 +37,8 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.points import PLACES
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import numbered_laws
@@ -49,7 +46,7 @@ from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.element_memory import Branches, ElementYield
-from tissuec.forces.solids.solid_point import LEAST, traced_point
+from tissuec.forces.solids.solid_point import traced_point
 from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.laws.solid import SolidLaw
@@ -155,14 +152,12 @@ class SolidElements(PointField, frozen=True):
         fibres, prestretch = material.fibres or SolidFibres.none(len(nodes)), None
         if material.prestretch is not None and (material.prestretch.stretch != 1.0).any():
             prestretch = material.prestretch
-            drawn, row = prestretch.measures(drawn, row)
+            drawn, row = cls._stretched(prestretch, drawn, row)
             fibres = replace(fibres, along=prestretch.unstressed(fibres.along))
-        branches = material.branches
-        if branches is not None and not branches.keeps.any():
-            branches = None
-        yielding = material.yielding
-        if yielding is not None and not yielding.keeps.any():
-            yielding = None
+        branches, yielding = (
+            each if each is not None and each.keeps.any() else None
+            for each in (material.branches, material.yielding)
+        )
         is_flat = np.any(drawn.volume <= 0.0, axis=1)
         flat = np.flatnonzero(np.asarray(is_flat)[row])
         if len(flat):
@@ -175,13 +170,33 @@ class SolidElements(PointField, frozen=True):
             walls = np.append(walls, material.limits.marks)
             walled = np.append(walled, np.arange(len(nodes)))
         law, laws = numbered_laws(material.law, material.laws)
-        none = np.zeros((len(nodes), 0))
-        return cls(
-            walls, walled, nodes, name, material.limits, laws, material.shear,
-            material.viscosity, law, fibres, branches, yielding, None,
-            none, none, shape, drawn, row, material.bulk - local, local,
-            prestretch, span,
-        )  # fmt: skip
+        attributes = {
+            "walls": walls, "walled": walled, "nodes": nodes, "name": name,
+            "limits": material.limits, "laws": laws, "shear": material.shear,
+            "viscosity": material.viscosity, "law": law, "fibres": fibres,
+            "branches": branches, "yielding": yielding, "recalled": None,
+            "constants": np.zeros((len(nodes), 0)), "shape": shape, "drawn": drawn, "row": row,
+            "bulk": material.bulk - local, "local": local, "prestretch": prestretch,
+            "span": span,
+        }  # fmt: skip
+        return cls._with(attributes, position[nodes])
+
+    @staticmethod
+    def _stretched(
+        prestretch: Prestretch, drawn: Measures, row: Indices
+    ) -> tuple[Measures, Indices]:
+        """Return what elements are as drawn, whose gradients are by places without stress."""
+        return prestretch.measures(drawn, row)
+
+    @classmethod
+    def _with(cls, attributes: Mapping[str, Any], corners: Floats) -> Self:
+        """Return elements with what all shapes have.
+
+        Args:
+            attributes: By their names.
+            corners: Nodes as drawn [m], shape (element, node, 3).
+        """
+        return cls(**attributes, stretches=np.zeros((len(corners), 0)))
 
     @property
     def block(self) -> FieldBlock:
@@ -251,10 +266,10 @@ class SolidElements(PointField, frozen=True):
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``PointField``."""
-        piola, f = self.piola(position), self.deformations(position)
-        volume = np.maximum(np.linalg.det(f), LEAST)[..., None, None]
-        share = self._shares
-        stress = piola @ f.swapaxes(-1, -2) / volume
+        share, half = self._shares, self._recorded("stress", position)
+        stress = np.empty((*half.shape[:2], 3, 3))
+        for k, (i, j) in enumerate(PLACES[3]):
+            stress[..., i, j] = stress[..., j, i] = half[..., k]
         return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
 
     def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
@@ -281,7 +296,11 @@ class SolidElements(PointField, frozen=True):
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
         swell = slopes @ pooling.swapaxes(-1, -2)
         swell = np.einsum("eq,eqax->eax", weight, swell)
-        push = (self.bulk / weight.sum(axis=-1))[:, None, None] * swell
+        point, values = self.traced(self._present), self._values(position)
+        (pooled,) = evaluate([point.pooled], values)
+        values["mean"] = ((weight * pooled).sum(axis=-1) / weight.sum(axis=-1))[..., None]
+        bend = evaluate([point.bend_of_mean], values)[0][..., 0]
+        push = (bend / weight.sum(axis=-1))[:, None, None] * swell
         of_points = super().element_matrices(position, exact=exact)
         return of_points + np.einsum("eax,eby->eaxby", push, swell)
 

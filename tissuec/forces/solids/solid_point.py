@@ -45,15 +45,21 @@ volume: tr N = 0. The dissipation, λ tr(N²) = σ ε', is never negative. (J. C
 Meth. Appl. Mech. Eng. 99:61, 1992; J. Lubliner, Plasticity Theory, 1990.)
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
 from tissuec import autodiff
-from tissuec.autodiff import Number, Numbers, Tensor
+from tissuec.autodiff import Number, Numbers, Tensor, Vector
+from tissuec.autodiff.cells import CellKind, CellState
 from tissuec.autodiff.points import PLACES, PointState, TracedPoint
+from tissuec.forces.solids import bent_cell
+from tissuec.geometry.bent_cells import BOX_WIDTHS, WIDTHS
 from tissuec.laws.derivatives import energy
+from tissuec.laws.formula import Formula
 from tissuec.laws.solid import SolidLaw
+from tissuec.laws.solid.invariants import CoupledNeoHookean, NeoHookean
+from tissuec.laws.solid.volume import volume_energies
 from tissuec.laws.solid_constants import constant_name
 from tissuec.laws.tracing import traced
 
@@ -75,6 +81,9 @@ class SolidKind(NamedTuple):
         directions: Of the strain of a point: 3, or 2 in a wall.
         constants: Of laws that are numbers of elements.
         is_stretched: Whether the prestretch F0 is a number of elements.
+        is_bent: Whether they are hexahedra, whose points ``solids.bent_cell`` strains.
+        is_box: Whether all of these have edges along the axes.
+        is_even: Whether a single point with the mean of C stands for all of a hexahedron.
     """
 
     laws: tuple[SolidLaw, ...]
@@ -85,6 +94,9 @@ class SolidKind(NamedTuple):
     directions: int = 3
     constants: int = 0
     is_stretched: bool = False
+    is_bent: bool = False
+    is_even: bool = False
+    is_box: bool = False
 
     @property
     def tensors(self) -> int:
@@ -97,6 +109,8 @@ class SolidKind(NamedTuple):
         found = {"shear": 1, "local": 1}
         if self.directions == 3:
             found["bulk"] = 1
+        if self.is_bent:
+            del found["local"]
         if len(self.laws) > 1:
             found["law"] = 1
         if self.constants:
@@ -115,71 +129,138 @@ class SolidKind(NamedTuple):
         return found
 
 
+#: Laws whose energy is linear in C, but for its determinant.
+_LINEAR = (NeoHookean, CoupledNeoHookean)
+
+
+def evened(kind: SolidKind) -> SolidKind:
+    """Return the kind of hexahedra with a single point, if energies depend on the mean of C."""
+    is_plain = all(isinstance(law, _LINEAR) for law in kind.laws)
+    has_more = kind.families or kind.tensors or kind.is_viscous
+    return kind._replace(is_even=kind.is_bent and is_plain and not has_more)
+
+
 @cache
 def traced_point(kind: SolidKind) -> TracedPoint:
     """Return a point of elements; tensors are Cp where any yields, and then Ci of branches."""
 
     def point(f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers) -> PointState:
-        if kind.is_stretched:
-            stretch = Tensor(p.stretch[k : k + 3] for k in (0, 3, 6))
-            f, rate = f @ stretch, rate @ stretch
-        return _point(kind, f, rate, tensors, p)
+        strain = _Strain(bent_cell.square(f), autodiff.determinant(f), f, rate)
+        return _point(kind, strain.stretched(kind, p), tensors, p)
 
-    return TracedPoint(point, _mean_volume, kind.widths, kind.tensors)
+    def bent(
+        f: Sequence[Number], rate: Sequence[Number], at: Sequence[Number],
+        tensors: Sequence[Tensor], p: Numbers,
+    ) -> PointState:  # fmt: skip
+        if kind.is_even:
+            mean, right = bent_cell.evened(f)
+            strain = _Strain(right, autodiff.determinant(mean), mean, mean)
+            return _point(kind, strain.stretched(kind, p), tensors, p)
+        mean, whole, turned = bent_cell.deformed(f, at)
+        _, moving, _ = bent_cell.deformed(f, at, rate)
+        right = bent_cell.square(whole) + bent_cell.square(turned)
+        right = bent_cell.narrowed(right, mean, f)
+        strain = _Strain(right, autodiff.determinant(mean), whole, moving)
+        return _point(kind, strain.stretched(kind, p), tensors, p)
+
+    def of_volume(ratio: Number, p: Numbers) -> Number:
+        return p.bulk * _of_volume(kind, ratio, p)[0]
+
+    def cell(x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers) -> CellState:
+        own = bent_cell.boxed(c) if kind.is_box else c
+        return bent_cell.strained(x, v, own, p, of_volume, is_viscous=kind.is_viscous)
+
+    if kind.is_bent:
+        own = CellKind(cell, 8, BOX_WIDTHS if kind.is_box else WIDTHS)
+        return TracedPoint(bent, None, kind.widths, kind.tensors, cell=own)
+    return TracedPoint(point, of_volume, kind.widths, kind.tensors)
 
 
-def _mean_volume(mean: Number, p: Numbers) -> Number:
-    """Return the energy of the mean of J [Pa]."""
-    return 0.5 * p.bulk * (mean - 1.0) ** 2
+class _Strain(NamedTuple):
+    """The strain of a point.
+
+    Attributes:
+        right: C.
+        j: The ratio of volumes.
+        f, rate: The deformation and its rate, for viscosity and stress in space.
+    """
+
+    right: Tensor
+    j: Number
+    f: Tensor
+    rate: Tensor
+
+    def stretched(self, kind: SolidKind, p: Numbers) -> "_Strain":
+        """Return the strain with the prestretch."""
+        if not kind.is_stretched:
+            return self
+        more = Tensor(p.stretch[k : k + 3] for k in (0, 3, 6))
+        j = self.j * autodiff.determinant(more)
+        right = bent_cell.symmetric(more.transposed @ self.right @ more)
+        return _Strain(right, j, self.f @ more, self.rate @ more)
 
 
 def _point(
-    kind: SolidKind, f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers
+    kind: SolidKind, strain: _Strain, tensors: Sequence[Tensor], p: Numbers
 ) -> PointState:
-    cofactors, j = f.cofactors, autodiff.determinant(f)
-    g, right = isochoric(j), f.transposed @ f
-    i1 = autodiff.trace(right)
+    right, j, f, rate = strain
+    g, i1 = isochoric(j), autodiff.trace(right)
     plastic, branches = (tensors[:1], tensors[1:]) if kind.is_yielding else ((), tensors)
-    if plastic:
-        left = f @ _unimodular_inverse(plastic[0]) @ f.transposed
-        first, second = autodiff.trace(left), _second_invariant(left)
-    else:
-        first, second = i1, autodiff.square(cofactors)
-    held = [g * _inner(right, _unimodular_inverse(tensor)) for tensor in branches]
-    flows = in_series(kind, g * first, g * g * second, held, p)
+    own = right
+    for tensor in plastic:
+        own = right @ _unimodular_inverse(tensor)
+    first, second = autodiff.trace(own), _second_invariant(own)
+    fold = _folded(j)
+    first, second = g * first + fold, g * g * second + 2.0 * fold
+    # det C is J² but for the third order of the bending. Branches need their C' unimodular, so
+    # that they store nothing once they have relaxed.
+    shrink = g
+    if kind.is_bent and branches:
+        shrink = _falling(autodiff.determinant(right), 1, LEAST**2)
+    turned = shrink * right
+    held = [_inner(turned, _unimodular_inverse(tensor)) + fold for tensor in branches]
+    flows = in_series(kind, g, (first, second), held, p)
     along = (p.along[3 * k : 3 * k + 3] for k in range(kind.families))
-    squares = [autodiff.square(f.of(each)) for each in along]
-    stored = in_parallel(flows, g * i1, j, squares, p)
+    squares = [autodiff.dot(each, right.of(each)) for each in along]
+    stored = in_parallel(kind, flows, g * i1 + fold, j, squares, p)
     loss: Number | float = 0.0
     if kind.is_viscous:
-        moving = autodiff.deviator(autodiff.symmetric_part(rate @ cofactors.transposed))
+        moving = autodiff.deviator(autodiff.symmetric_part(rate @ f.cofactors.transposed))
         loss = p.viscosity / autodiff.maximum(j, LEAST) * autodiff.square(moving)
-    rates = _rates(kind, f, g * right, flows, plastic, branches, p)
+    rates = _rates(kind, right, turned, flows, plastic, branches, p)
+    kirchhoff = _kirchhoff(stored, strain)
     seen = {
-        "invariants": [g * first, g * g * second],
-        "paces": paces(kind, flows, (g * first, g * g * second), held, p),
-        "isochoric": [g * right.rows[i][k] for i, k in PLACES[3]],
+        "invariants": [first, second],
+        "paces": paces(kind, flows, (first, second), held, p),
+        "isochoric": [turned.rows[i][k] for i, k in PLACES[3]],
+        "deformation": f.flat,
+        "kirchhoff": kirchhoff,
+        "stress": [each / autodiff.maximum(j, LEAST) for each in kirchhoff],
     }
-    return PointState(stored, loss, j, rates, seen)
+    return PointState(stored, loss, 0.0 if kind.is_bent else j, rates, seen)
 
 
 def in_series(
-    kind: SolidKind, i1: Number, i2: Number, held: Sequence[Number], p: Numbers
+    kind: SolidKind, g: Number, invariants: Sequence[Number], held: Sequence[Number], p: Numbers
 ) -> Number:
     """Return the energy of laws and branches, in series with the plastic flow [Pa].
 
     Args:
-        i1, i2: Isochoric invariants of the elastic strain.
+        g: J^(-2/3).
+        invariants: Isochoric, of the elastic strain.
         held: tr(C' A) of branches.
     """
-    found = p.shear * _law(kind, i1, i2, p)
+    i1, i2 = invariants
+    values = {"i1": i1, "i2": i2, "trace": i1 / g}
+    values |= {constant_name(k): one_of(p.constant, k) for k in range(kind.constants)}
+    found = p.shear * _chosen(kind, lambda law: traced(energy(law), values), p)
     for k, each in enumerate(held):
         found = found + 0.5 * one_of(p.branch_shear, k) * (each - 3.0)
     return found
 
 
 def in_parallel(
-    flows: Number, i1: Number, j: Number, squares: Sequence[Number], p: Numbers
+    kind: SolidKind, flows: Number, i1: Number, j: Number, squares: Sequence[Number], p: Numbers
 ) -> Number:
     """Return the energy of a point [Pa], with that of fibres and of the local volume.
 
@@ -189,7 +270,10 @@ def in_parallel(
         j: Ratio of volumes.
         squares: Of the stretches along families of fibres.
     """
-    found = flows + 0.5 * p.local * (j - 1.0) ** 2
+    of_bulk, of_shear = _of_volume(kind, j, p)
+    found = flows + p.shear * of_shear
+    if not kind.is_bent:
+        found = found + p.local * of_bulk
     for each in squares:
         e = p.dispersion * (i1 - 3.0) + (1.0 - 3.0 * p.dispersion) * (each - 1.0)
         e = autodiff.maximum(e, 0.0)
@@ -199,13 +283,34 @@ def in_parallel(
     return found
 
 
+def _kirchhoff(stored: Number, strain: _Strain) -> list[Number]:
+    """Return F S Fᵀ + J (∂W/∂J + p) with the pressure p of the element, by ``PLACES`` [Pa]."""
+    half = [strain.right.rows[i][k] for i, k in PLACES[3]]
+    (by_j,) = autodiff.gradient(stored, [strain.j], half)
+    stress = _stress(stored, strain.right, strain.j)
+    turned = strain.f @ stress @ strain.f.transposed
+    pressure = strain.j * (by_j + strain.j.graph.input("swell"))
+    return [turned.rows[i][k] + (pressure if i == k else 0.0) for i, k in PLACES[3]]
+
+
+def _stress(stored: Number, right: Tensor, *fixed: Number) -> Tensor:
+    """Return S = 2 ∂W/∂C [Pa], of a C that has each number off its diagonal twice."""
+    by = autodiff.gradient(stored, [right.rows[i][k] for i, k in PLACES[3]], fixed)
+    place = {each: k for k, each in enumerate(PLACES[3])}
+    return Tensor(
+        [(2.0 if i == k else 1.0) * by[place[min(i, k), max(i, k)]] for k in range(3)]
+        for i in range(3)
+    )
+
+
 def _rates(
-    kind: SolidKind, f: Tensor, right: Tensor, flows: Number, plastic: Sequence[Tensor],
+    kind: SolidKind, whole: Tensor, right: Tensor, flows: Number, plastic: Sequence[Tensor],
     branches: Sequence[Tensor], p: Numbers,
 ) -> list[Tensor]:  # fmt: skip
     """Return the rates of all tensors [1/s].
 
     Args:
+        whole: C.
         right: C without its change of volume.
         flows: What is stored in series with the plastic flow [Pa].
     """
@@ -215,9 +320,7 @@ def _rates(
         found.append(one_of(p.branch_pace, k) * (right - third * tensor))
     if not kind.is_yielding:
         return found
-    flat = autodiff.gradient(flows, f.flat)
-    piola = Tensor((flat[:3], flat[3:6], flat[6:]))
-    driving = autodiff.deviator(piola.transposed @ f)
+    driving = autodiff.deviator(_stress(flows, whole) @ whole)
     pace = pace_of_flow(_inner(driving, driving.transposed), p)
     return carried(pace, driving, [*plastic, *branches], found)
 
@@ -286,11 +389,27 @@ def carried(
     return [found[0], *(a + b for a, b in zip(relaxing, found[1:], strict=True))]
 
 
-def _law(kind: SolidKind, i1: Number, i2: Number, p: Numbers) -> Number:
-    """Return the energy of the law of an element, over its shear modulus."""
-    laws, values = kind.laws, {"i1": i1, "i2": i2}
-    values |= {constant_name(k): one_of(p.constant, k) for k in range(kind.constants)}
-    each = [traced(energy(law), values) for law in laws]
+def _of_volume(kind: SolidKind, j: Number, p: Numbers) -> list[Number]:
+    """Return energies of the volume, over the bulk and the shear modulus.
+
+    Below ``LEAST`` they are Taylor's polynomials of second order there.
+    """
+    near = autodiff.maximum(j, LEAST)
+    below = j - near
+
+    def continued(formula: Formula) -> Number:
+        slope = formula.slope("j")
+        first, second = (float(each.at({"j": LEAST})) for each in (slope, slope.slope("j")))
+        return traced(formula, {"j": near}) + below * (first + 0.5 * second * below)
+
+    return [
+        _chosen(kind, lambda law, k=k: continued(volume_energies(law)[k]), p) for k in range(2)
+    ]
+
+
+def _chosen(kind: SolidKind, of: Callable[[SolidLaw], Number], p: Numbers) -> Number:
+    """Return what follows from the law of an element."""
+    laws, each = kind.laws, [of(law) for law in kind.laws]
     found = each[0]
     for number, other in enumerate(each[1:], start=1):
         if laws[number] != laws[0]:
@@ -310,10 +429,10 @@ def _inner(a: Tensor, b: Tensor) -> Number:
 
 
 def _second_invariant(a: Tensor) -> Number:
-    """Return (tr² a - tr a²)/2 of a symmetric tensor."""
-    (a00, a01, a02), (_, a11, a12), (_, _, a22) = a.rows
+    """Return (tr² a - tr a²)/2 of a tensor."""
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a.rows
     products = a00 * a11 + a11 * a22 + a22 * a00
-    return products - a01 * a01 - a02 * a02 - a12 * a12
+    return products - a01 * a10 - a02 * a20 - a12 * a21
 
 
 def _unimodular_inverse(a: Tensor) -> Tensor:
@@ -342,13 +461,33 @@ def _of_grown(_: Number, exponent: Number) -> list[Number]:
 
 def isochoric(j: Number) -> Number:
     """Return J^(-2/3), continued by a parabola below ``LEAST``."""
-    near = autodiff.maximum(j, LEAST)
-    root = _inverse_cube_root(near)
-    value = LEAST ** (-2.0 / 3.0)
-    slope = -2.0 / 3.0 * value / LEAST
-    bend = -5.0 / 3.0 * slope / LEAST
-    below = j - near
-    return root * root + below * (slope + 0.5 * bend * below)
+    return _falling(j, 2, LEAST)
+
+
+def _falling(x: Number, thirds: int, least: float) -> Number:
+    """Return x^(-thirds/3), continued by a parabola below a least value.
+
+    Args:
+        thirds: 1 or 2.
+    """
+    near = autodiff.maximum(x, least)
+    root, power = _inverse_cube_root(near), -thirds / 3.0
+    value = least**power
+    slope = power * value / least
+    bend = (power - 1.0) * slope / least
+    below = x - near
+    return (root if thirds == 1 else root * root) + below * (slope + 0.5 * bend * below)
+
+
+def _folded(j: Number) -> Number:
+    """Return what is added to g I1 below ``LEAST``, so that it is at least 3 there, too.
+
+    As I1 ≥ 3 |J|^(2/3), it must be at least 3 (1 - g |J|^(2/3)), of which s³ is a bound with
+    s = 1 - J/LEAST; twice as much is enough for g² I2 ≥ 3 g² |J|^(4/3). A polynomial with two
+    continuous derivatives exceeds it, and ends with 3 at J = 0.
+    """
+    s = autodiff.minimum(autodiff.maximum(1.0 - j / LEAST, 0.0), 1.0)
+    return 3.0 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
 
 
 def _inverse_cube_root(j: Number) -> Number:

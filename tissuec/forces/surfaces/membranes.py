@@ -4,13 +4,13 @@ A triangle of the volume w has nodes at x_a, drawn at X_a in a plane with two di
 F = Σ x_a ⊗ ∂N_a/∂X, of three rows and two columns, C = FᵀF, A = tr C, D = det C, and the
 stretch λ of its thickness, it stores
 
-    E = w (μ ψ(g I1, g² I2) + K/2 (J - 1)²),    W_λ = 0,
+    E = w (μ ψ(g I1, g² I2) + K h(J)),    W_λ = 0,
     I1 = A + λ²,    I2 = D + λ² A,    J = λ √D,    g = J^(-2/3),
 
-where ψ is the law of the solid (``laws.solid``). There is no stress across the triangle: λ
-minimises the energy, found by Newton's iteration, so that its change does no work (J. Bonet, R.
-D. Wood, J. Mahaney, P. Heywood, Comput. Meth. Appl. Mech. Eng. 190:579, 2000). Forces on nodes
-are -w P ∂N_a/∂X with
+where ψ is the law of the solid (``laws.solid``), and K h what a change of volume costs
+(``laws.solid.volume``). There is no stress across the triangle: λ minimises the energy, found
+by Newton's iteration, so that its change does no work (J. Bonet, R. D. Wood, J. Mahaney, P.
+Heywood, Comput. Meth. Appl. Mech. Eng. 190:579, 2000). Forces on nodes are -w P ∂N_a/∂X with
 
     P = F S,    S = 2 W_A 1 + 2 W_D cof C.
 

@@ -4,9 +4,9 @@ The energy per volume is a formula of the invariants of the strain without its c
 
     I1 = J^(-2/3) tr C,    I2 = J^(-4/3) (tr² C - tr C²) / 2,    C = Fᵀ F,    J = det F,
 
-in units of the initial shear modulus: near I1 = I2 = 3 it is (I1 - 3)/2. The change of volume
-costs K (J - 1)²/2 beside it, K being the bulk modulus (``solids.elements``). (G. A. Holzapfel,
-Nonlinear Solid Mechanics, 2000, chapter 6.)
+in units of the initial shear modulus: near I1 = I2 = 3 it is (I1 - 3)/2. Coupled laws use tr C.
+What the change of volume costs is in ``laws.solid.volume``. (G. A. Holzapfel, Nonlinear Solid
+Mechanics, 2000, chapter 6.)
 """
 
 from typing import Protocol
@@ -14,14 +14,14 @@ from typing import Protocol
 from tissuec.core.registry import Family
 from tissuec.laws.formula import Formula, Variable
 
-I1, I2 = Variable("i1"), Variable("i2")
+I1, I2, TRACE = Variable("i1"), Variable("i2"), Variable("trace")
 
 
 class SolidLaw(Protocol):
     """Interface of members of ``SOLID_LAWS``; their fields are entries in the language."""
 
     def energy(self) -> Formula:
-        """Return the energy per volume and initial shear modulus, a formula of i1 and i2."""
+        """Return the energy over the initial shear modulus, a formula of i1, i2 and trace."""
         ...
 
 

@@ -2,16 +2,15 @@
 
 from typing import Annotated
 
-from msgspec import Struct
-
 from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.laws.formula import Formula, exp
-from tissuec.laws.solid import I1, I2, SOLID_LAWS
+from tissuec.laws.solid import I1, I2, SOLID_LAWS, TRACE
+from tissuec.laws.solid.volume import WithVolume
 
 
 @SOLID_LAWS.member("mooney rivlin")
-class MooneyRivlin(Struct, frozen=True):
+class MooneyRivlin(WithVolume, frozen=True):
     """The energy μ ((1 - s) (I1 - 3) + s (I2 - 3))/2. (M. Mooney, J. Appl. Phys. 11:582, 1940.)
 
     Attributes:
@@ -26,7 +25,7 @@ class MooneyRivlin(Struct, frozen=True):
 
 
 @SOLID_LAWS.member("neo hookean")
-class NeoHookean(Struct, frozen=True):
+class NeoHookean(WithVolume, frozen=True):
     """The energy μ (I1 - 3)/2, which does not stiffen.
 
     (R. S. Rivlin, Phil. Trans. Roy. Soc. A 240:459, 1948.)
@@ -37,8 +36,21 @@ class NeoHookean(Struct, frozen=True):
         return 0.5 * (I1 - 3.0)
 
 
+@SOLID_LAWS.member("coupled neo hookean")
+class CoupledNeoHookean(WithVolume, frozen=True):
+    """The energy μ (tr C - 3)/2 - μ ln J + λ U(J) of Lamé's constants λ and μ.
+
+    U is ln² J/2 by default, or that of another ``volume``. (J. C. Simo, K. S. Pister, Comput.
+    Meth. Appl. Mech. Eng. 46:201, 1984.)
+    """
+
+    def energy(self) -> Formula:
+        """Return (tr C - 3)/2, without what depends on the volume alone."""
+        return 0.5 * (TRACE - 3.0)
+
+
 @SOLID_LAWS.member("yeoh")
-class Yeoh(Struct, frozen=True):
+class Yeoh(WithVolume, frozen=True):
     """The energy μ (z + c2 z² + c3 z³)/2 with z = I1 - 3.
 
     (O. H. Yeoh, Rubber Chem. Technol. 66:754, 1993.)
@@ -58,7 +70,7 @@ class Yeoh(Struct, frozen=True):
 
 
 @SOLID_LAWS.member("exponential")
-class SolidExponential(Struct, frozen=True):
+class SolidExponential(WithVolume, frozen=True):
     """The energy μ/2k (exp(k (I1 - 3)) - 1). (H. Demiray, J. Biomech. 5:309, 1972.)
 
     Attributes:
@@ -73,7 +85,7 @@ class SolidExponential(Struct, frozen=True):
 
 
 @SOLID_LAWS.member("veronda westmann")
-class VerondaWestmann(Struct, frozen=True):
+class VerondaWestmann(WithVolume, frozen=True):
     """The energy μ ((exp(k (I1 - 3)) - 1)/k - (I2 - 3)/2).
 
     (D. R. Veronda, R. A. Westmann, J. Biomech. 3:111, 1970, of the skin of cats.)

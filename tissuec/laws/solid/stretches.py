@@ -2,13 +2,12 @@
 
 from typing import Annotated
 
-from msgspec import Struct
-
 from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.laws.formula import ZERO, Formula
 from tissuec.laws.principal import power_sum, squared_logarithms
 from tissuec.laws.solid import SOLID_LAWS
+from tissuec.laws.solid.volume import WithVolume
 
 LEAST = 0.01  # size of an exponent
 _Exponent = Annotated[float, Real(units.NUMBER, at_least=-60.0, at_most=60.0)]
@@ -16,7 +15,7 @@ _Share = Annotated[float, Real(units.NUMBER, at_least=0.0, at_most=1.0)]
 
 
 @SOLID_LAWS.member("ogden")
-class Ogden(Struct, frozen=True):
+class Ogden(WithVolume, frozen=True):
     """The energy Σ 2 μ s/a² (λ1^a + λ2^a + λ3^a - 3), over one to three exponents a.
 
     λ1 to λ3 are the principal stretches without the change of volume. The shares s of the shear
@@ -65,7 +64,7 @@ class Ogden(Struct, frozen=True):
 
 
 @SOLID_LAWS.member("hencky")
-class Hencky(Struct, frozen=True):
+class Hencky(WithVolume, frozen=True):
     """The energy μ Σ log² λ, λ being the stretches without the change of volume.
 
     (H. Hencky, Z. Techn. Phys. 9:215, 1928.)

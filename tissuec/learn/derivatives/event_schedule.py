@@ -276,9 +276,9 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
             where = np.searchsorted(driven, motion.nodes)
             place[:, where], speed[:, where] = motion.at(inside)
         for acting in self.loads:
-            nodes = acting.nodes[~self.held[acting.nodes]]
-            where = np.searchsorted(loaded, nodes)
-            load[:, where] += acting.at(inside)[:, None]
+            moves = ~self.held[acting.nodes]
+            where = np.searchsorted(loaded, acting.nodes[moves])
+            load[:, where] += acting.at(inside)[:, moves]
         shape = len(times), -1
         return PrescribedPaths(place.reshape(shape), speed.reshape(shape), load.reshape(shape))
 

@@ -41,10 +41,14 @@ class Hexahedral(Struct, frozen=True, eq=False):
         """Return the numbers of nodes, edges and faces."""
 
     @abstractmethod
-    def cells(self) -> tuple[Floats, Indices, dict[str, Indices]]:
+    def cells(self, *, swollen: bool) -> tuple[Floats, Indices, dict[str, Indices]]:
         """Return nodes, corners of hexahedra, and nodes of named parts.
 
         Shapes (node, 3) [m] and (cell, 8), in the order of VTK or its mirror image.
+
+        Args:
+            swollen: Whether nodes lie so far outwards that the cells have the sections, or the
+                volume, of the round shape, and not on its surface.
         """
 
     def size(self) -> tuple[int, int]:
@@ -57,10 +61,13 @@ class Hexahedral(Struct, frozen=True, eq=False):
         return self.counts()[:2]
 
     def build_elements(self) -> Mesh:
-        """Return the cells as hexahedra."""
+        """Return the cells as hexahedra that are as large as the shape."""
+        return self._mesh(swollen=True)
+
+    def _mesh(self, *, swollen: bool) -> Mesh:
         from tissuec.meshes.elements import mesh_of_cells
 
-        position, cells, groups = self.cells()
+        position, cells, groups = self.cells(swollen=swollen)
         none = np.zeros((0, 4), dtype=np.int64)
         return mesh_of_cells(position, {"hexahedron": cells}, none, groups)
 
@@ -68,7 +75,7 @@ class Hexahedral(Struct, frozen=True, eq=False):
         """Return a net of springs with the volume of the cells."""
         from tissuec.geometry.elements import SHAPES
 
-        mesh = self.build_elements()
+        mesh = self._mesh(swollen=False)
         quads = SHAPES["hexahedron"].triangles.reshape(6, 2, 3)
         across = np.concatenate(
             [quads[:, 0, [0, 2]], np.stack([quads[:, 0, 1], quads[:, 1, 2]], 1)]
@@ -154,11 +161,14 @@ class RoundCells(NamedTuple):
             for some in combinations(axes, extent)
         )
 
-    def build(self) -> tuple[Floats, Indices, Indices]:
+    def build(self, *, swollen: bool) -> tuple[Floats, Indices, Indices]:
         """Return places in the unit circle or ball, cells, and the nodes of its surface.
 
         Shapes (node, axis), (cell, 2 ** axis) with corners in the order of
         ``itertools.product``, and (n,).
+
+        Args:
+            swollen: Whether cells are as large as the circle or ball; see ``Hexahedral.cells``.
         """
         lows = [0.0 if half else -1.0 for half in self.positive]
         lines = [np.linspace(low, 1.0, n + 1) for low, n in zip(lows, self.core, strict=True)]
@@ -175,7 +185,16 @@ class RoundCells(NamedTuple):
             above[on] = number.size + (layer - 1) * len(on) + np.arange(len(on))
             cells.append(np.concatenate([below[faces], above[faces]], axis=1))
             below = above
-        return np.concatenate(place), np.concatenate(cells), below[on]
+        found, corners = np.concatenate(place), np.concatenate(cells)
+        if swollen:
+            found *= (self._size / _size(found[corners])) ** (1.0 / len(self.core))
+        return found, corners, below[on]
+
+    @property
+    def _size(self) -> float:
+        """Return the area of the circle or the volume of the ball, or of its part."""
+        whole = np.pi if len(self.core) == 2 else 4.0 / 3.0 * np.pi
+        return whole / 2.0 ** sum(self.positive)
 
     def _faces(self, number: NDArray[np.int64]) -> Indices:
         """Return the faces of the core that layers begin at, shape (face, corner)."""
@@ -185,6 +204,17 @@ class RoundCells(NamedTuple):
             for side in ((-1,) if half else (0, -1))
         ]
         return np.concatenate([_corners(side) for side in sides])
+
+
+def _size(corners: Floats) -> float:
+    """Return the area or volume of cells, in the order of ``RoundCells.build``."""
+    from tissuec.geometry.elements import SHAPES
+
+    if corners.shape[-1] == 3:
+        order = in_order_of_vtk(np.arange(8)[None])[0]
+        return float(np.abs(SHAPES["hexahedron"].volumes(corners[:, order])).sum())
+    one, other = corners[:, 3] - corners[:, 0], corners[:, 2] - corners[:, 1]
+    return float(0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum())
 
 
 def _corners(number: NDArray[np.int64]) -> Indices:

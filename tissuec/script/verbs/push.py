@@ -9,11 +9,11 @@ from tissuec.core.source import Span
 from tissuec.core.units import FORCE, PRESSURE
 from tissuec.forces.acting.load import Load, LoadTerm
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import STEADY, DirectedClause, FlagPart, Lasting, Nodes
-from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent
+from tissuec.script.verbs import VERBS, Action, EventQueue, LoggedEvent, Order
 from tissuec.script.verbs.acting import FROM, free_name
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
@@ -35,11 +35,13 @@ class EndPush(Struct, frozen=True):
 class Push(VerbSentence, frozen=True):
     """Applies an external force to nodes, for the interval or until ``stop pushing``.
 
-    The force is that on the whole set, shared equally by its nodes; with ``on each node``, each
-    node gets all of it. It is written as a vector, or as an amount ``along`` a direction. It is
-    constant or follows the profile after ``using``. Forces on one set add up. ``push`` and
-    ``pull`` mean the same: the force has the direction that is written. A force on a held node
-    acts on whatever holds the node.
+    The force is that on the whole set. On faces of elements or walls, it is even over their
+    area as drawn, such as a pressure in any direction; on edges, points, parts of a volume and
+    nets of springs, or written ``in equal parts``, each node gets the same. With ``on each
+    node``, each node gets all of it. It is written as a vector, or as an amount
+    ``along`` a direction. It is constant or follows the profile after ``using``. Forces on one
+    set add up. ``push`` and ``pull`` mean the same: the force has the direction that is
+    written. A force on a held node acts on whatever holds the node.
     """
 
     meant: ClassVar[str] = "load"
@@ -59,6 +61,7 @@ class Push(VerbSentence, frozen=True):
         ),
     ]
     each_node: Annotated[bool, FlagPart("on each node")]
+    in_parts: Annotated[bool, FlagPart("in equal parts")]
     profile: Annotated[TimeProfile, STEADY]
     duration: Lasting
 
@@ -67,17 +70,33 @@ class Push(VerbSentence, frozen=True):
         """Infinity: it is not known how far nodes move."""
         return inf
 
-    @property
-    def on_each(self) -> Floats:
-        """Return the force on each node [N], shape (3,)."""
-        nodes = len(self.group.indices)
-        return self.force if self.each_node else self.force / max(nodes, 1)
+    def action(self, order: Order) -> Action:
+        if self.each_node and self.in_parts:
+            message = "each node gets the whole force or an equal part, not both"
+            order.reject(
+                "TIS306", message, hint='remove "on each node" or "in equal parts"', word="in"
+            )
+        return self
+
+    def shares(self, network: Network) -> Floats | None:
+        """Return the parts of nodes, dimensionless, shape (n,); None if they are equal."""
+        if self.each_node or self.in_parts or not network.elements:
+            return None
+        from tissuec.forces.acting.traction import area_shares
+
+        return area_shares(network, self.group.indices)
+
+    def load(self, network: Network, profile: TimeProfile) -> Load:
+        """Return the forces on nodes that follow a profile."""
+        nodes, shares, force = self.group.indices, self.shares(network), self.force
+        if shares is None and not self.each_node:
+            force = force / max(len(nodes), 1)
+        return Load(nodes, (LoadTerm(force, profile),), self.span, shares)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
         load = free_name(self.group.name, state.loads, state.time, stop)
-        nodes = self.group.indices
-        state.loads[load] = Load(nodes, (LoadTerm(self.on_each, profile),), self.span)
+        state.loads[load] = self.load(state.network, profile)
         if self.duration is not None:
             queue.add(stop, EndPush(load, self.span))
         return (LoggedEvent("push", (), sentence(self.span), self.span),)

@@ -7,7 +7,7 @@ have no error of difference (W. Squire, G. Trapp, SIAM Rev. 40:110, 1998).
 
 from collections.abc import Callable
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from scipy import sparse
 from scipy.linalg import expm
 
 from tissuec.validate.forces import ForceFormula, assembled
+from tissuec.validate.forces.bending_cells import BendingCells
 from tissuec.validate.forces.relaxing import PlasticElements, RelaxingElements
 from tissuec.validate.forces.solid_laws import SolidLaws
 
@@ -24,9 +25,25 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 LEAST = 0.2  # of volumes, below which the isochoric part is continued by a parabola
-SPREAD = 0.75  # of the squares of deviations of gradients in hexahedra
 STEP = 1e-30  # in the complex plane
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+class Strained(NamedTuple):
+    """The strain of elements at their points.
+
+    Attributes:
+        f: F, shape (element, point, 3, 3).
+        c: C, of the same shape.
+        j: Ratios of volumes, shape (element, point).
+        pressure: Slope of the energy of the volume of elements [Pa], shape (element,).
+        cells: How hexahedra are bent; None for other elements.
+    """
+
+    f: Any
+    c: Any
+    j: Any
+    pressure: Any
+    cells: Any = None
 
 
 class ElementSolid(ForceFormula):
@@ -65,82 +82,122 @@ class ElementSolid(ForceFormula):
         self._slope = np.einsum("qak,eqkx->eqax", natural, inward)
         self._weight = np.linalg.det(sides) * weights
         self._volume = self._weight.sum(axis=1)
+        self._drawn = None if elements.prestretch is None else drawn_out(elements)
+        self._cells = None
         if elements.shape.name == "hexahedron":
-            mean = np.einsum("eq,eqax->eax", self._weight, self._slope)
-            mean /= self._volume[:, None, None]
-            self._slope = mean[:, None] + np.sqrt(SPREAD) * (self._slope - mean[:, None])
-        if elements.prestretch is not None:
-            self._slope = np.einsum("eqax,exy->eqay", self._slope, drawn_out(elements))
+            self._cells = BendingCells(
+                drawn[self._nodes],
+                self._slope,
+                self._weight,
+                elements.shear,
+                self._bulk,
+                points,
+            )
+            self._weight = np.broadcast_to(self._volume[:, None] / 8.0, self._weight.shape)
+        elif self._drawn is not None:
+            self._slope = np.einsum("eqax,exy->eqay", self._slope, self._drawn)
         self._limits = elements.limits
 
     # --- states -------------------------------------------------------------------------------
 
-    def _strained(self, position: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return F, J and the pressure of the mean, by element and point."""
-        f = np.einsum("eax,eqak->eqxk", position[self._nodes], self._slope)
-        j = np.linalg.det(f)
+    def _strained(self, position: Any) -> Strained:
+        """Return the strain of all points.
+
+        Args:
+            position: Of all nodes [m], which may be complex, shape (node, 3).
+        """
+        return self._strained_at(position[self._nodes])
+
+    def _strained_at(self, corners: Any) -> Strained:
+        """Return the strain of all points, given nodes [m], shape (element, node, 3)."""
+        if self._cells is not None:
+            return self._bent(corners)
+        f = np.einsum("eax,eqak->eqxk", corners, self._slope)
+        c, j = np.einsum("eqxk,eqxl->eqkl", f, f), np.linalg.det(f)
         mean = (self._weight * j).sum(axis=1) / self._volume
-        return f, j, np.broadcast_to((self._bulk * (mean - 1.0))[:, None], j.shape)
+        return Strained(f, c, j, self._laws.of_mean(mean, self._bulk)[1])
+
+    def _bent(self, corners: Any) -> Strained:
+        """Return the strain of hexahedra, given their nodes [m], shape (cell, 8, 3)."""
+        assert self._cells is not None
+        at = self._cells.bent(corners)
+        whole, _, c = self._cells.points(at)
+        f, j = at.mean[:, None] @ whole, np.linalg.det(at.mean)
+        if self._drawn is not None:
+            more = self._drawn[:, None]
+            f, c = f @ more, more.swapaxes(-1, -2) @ c @ more
+            j = j * np.linalg.det(self._drawn)
+        slope = self._laws.of_mean(at.volume, self._bulk)[1]
+        return Strained(f, c, np.repeat(j[:, None], c.shape[1], axis=1), slope, at)
 
     def _flowed(self, velocity: Floats) -> Floats | None:
         """Return Cp⁻¹ without its volume, shape (element, point, 3, 3); None if none yields."""
         return None if self.plastic is None else self.plastic.unimodular(velocity)
 
+    def _whole_stress(self, state: Strained, *more: Any, fibred: bool = True) -> Any:
+        """Return S with what J adds to it [Pa]; see ``_stress``."""
+        c = state.c
+        stress, by_j = self._stress(c, state.j, *more, fibred=fibred)
+        cofactors = _cofactors(c)  # of a symmetric tensor
+        by_j = by_j + state.pressure[:, None] * fibred
+        square = np.einsum("eqk,eqk->eq", c[..., 0], cofactors[..., 0])
+        return stress + (by_j * state.j / square)[..., None, None] * cofactors
+
     def _stress(
         self,
         c: Any,
-        sign: Floats,
-        pressure: Floats,
+        j: Any,
         relaxing: Floats | None = None,
         flowed: Floats | None = None,
         *,
         fibred: bool = True,
-    ) -> Any:
-        """Return S [Pa], shape (element, point, 3, 3), of C, which may be complex.
+    ) -> tuple[Any, Any]:
+        """Return 2 ∂W/∂C, shape (element, point, 3, 3), and ∂W/∂J [Pa].
 
         Args:
-            c: C, dimensionless, shape (element, point, 3, 3).
-            sign: Of J, shape (element, point).
-            pressure: Of the mean [Pa], shape (element, point).
+            c: C, dimensionless, which may be complex, shape (element, point, 3, 3).
+            j: J, shape (element, point).
             relaxing: Σ μk B of branches [Pa], shape (element, point, 3, 3); None without any.
             flowed: Cp⁻¹ without its volume, of the same shape; None if none yields.
-            fibred: Whether to include fibres.
+            fibred: Whether to include fibres and volume, which are in parallel with any flow.
         """
         a, b, d = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
         p, q, r = c[..., 1, 2], c[..., 0, 2], c[..., 0, 1]
-        square = a * (b * d - p * p) - r * (r * d - p * q) + q * (r * p - b * q)
-        j = sign * np.sqrt(square)
-        cofactors = np.empty_like(c)
-        cofactors[..., 0, 0], cofactors[..., 1, 1] = b * d - p * p, a * d - q * q
-        cofactors[..., 2, 2] = a * b - r * r
-        cofactors[..., 0, 1] = cofactors[..., 1, 0] = q * p - r * d
-        cofactors[..., 0, 2] = cofactors[..., 2, 0] = r * p - q * b
-        cofactors[..., 1, 2] = cofactors[..., 2, 1] = r * q - a * p
         first, second = a + b + d, a * b + b * d + d * a - p * p - q * q - r * r
         near = np.where(j.real < LEAST, LEAST, j)
         g, slope = _isochoric(near, j - near)
         one, i1, i2 = np.eye(3), first, second
         if flowed is not None:
             one, (i1, i2) = flowed, _invariants(c @ flowed)
-        by_first, by_second = self._laws.slopes(g * i1, g**2 * i2)
-        by_j = slope * (by_first * i1 + 2.0 * g * by_second * i2)
-        by_j = by_j + pressure + self._local * (j - 1.0)
+        fold, folding = _folded(j)
+        by_first, by_second, by_g = self._laws.slopes(g * i1 + fold, g**2 * i2 + 2.0 * fold, g)
+        by_j = slope * (by_first * i1 + 2.0 * g * by_second * i2 + by_g)
+        by_j = by_j + folding * (by_first + 2.0 * by_second)
+        if fibred:
+            by_j = by_j + self._laws.of_volume(j, self._local)[1]
         stress = 2.0 * (by_first * g + by_second * g * g * i1)[..., None, None] * one
         stress = stress - 2.0 * (by_second * g * g)[..., None, None] * (one @ c @ one)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0) if fibred else ():
             fourth = np.einsum("eqkl,ek,el->eq", c, along, along)
-            e = spread * (g * first - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
+            e = spread * (g * first + fold - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
             pull = np.where(e.real > 0.0, k1 * e * np.exp(k2 * e * e), 0.0)
-            by_j = by_j + slope * pull * spread * first
+            by_j = by_j + pull * spread * (slope * first + folding)
             line = np.einsum("eq,ek,el->eqkl", pull * (1.0 - 3.0 * spread), along, along)
             stress = (
                 stress + 2.0 * line + 2.0 * (pull * spread * g)[..., None, None] * np.eye(3)
             )
         if relaxing is not None:
-            by_j = by_j + 0.5 * slope * np.einsum("eqkl,eqkl->eq", c, relaxing)
+            assert self.branches is not None
+            held = np.einsum("eqkl,eqkl->eq", c, relaxing)
+            if self._cells is None:
+                by_j = by_j + 0.5 * slope * held
+            else:
+                g, by_square = _of_square(c)
+                stress = stress + (by_square * held)[..., None, None] * _cofactors(c)
+            by_j = by_j + 0.5 * folding * self.branches.sudden[:, None]
             stress = stress + g[..., None, None] * relaxing
-        return stress + (by_j / j)[..., None, None] * cofactors
+        return stress, by_j
 
     def resistance(self, count: int) -> Floats:
         """Return Σ w (2 μ + K) |∂N_a/∂X|² of each node [N/m], shape (node,).
@@ -159,15 +216,58 @@ class ElementSolid(ForceFormula):
     # --- what the reference needs -------------------------------------------------------------
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        f, j, pressure = self._strained(position)
+        state = self._strained(position)
         relaxing = None if self.branches is None else self.branches.weight(velocity)
-        c = np.einsum("eqxk,eqxl->eqkl", f, f)
-        stress = self._stress(c, np.sign(j), pressure, relaxing, self._flowed(velocity))
-        push = np.einsum("eq,eqxk,eqkl,eqal->eax", self._weight, f, stress, self._slope)
+        memory = relaxing, self._flowed(velocity)
+        push = self._push(state, memory)
         if self._eta.any():
-            rate, way, thick = self._flow(f, j, velocity)
-            push += 2.0 * np.einsum("eq,eqxy,eqay->eax", thick, rate, way)
+            rate, way, thick = self._flow(state, position, velocity)
+            piola = 2.0 * thick[..., None, None] * (rate @ way)
+            push += self._of_piola(state, piola, position, velocity)
         np.subtract.at(to, self._nodes, push)
+
+    def _push(self, state: Strained, memory: Any) -> Any:
+        """Return minus the elastic forces on nodes [N], shape (element, node, 3).
+
+        Args:
+            state: Of the elements.
+            memory: The last two arguments of ``_stress`` without its keyword.
+        """
+        if self._cells is None:
+            stress = self._whole_stress(state, *memory)
+            return np.einsum(
+                "eq,eqxk,eqkl,eqal->eax", self._weight, state.f, stress, self._slope
+            )
+        stress, by_j = self._stress(state.c, state.j, *memory)
+        if self._drawn is not None:
+            stress = self._drawn[:, None] @ stress @ self._drawn[:, None].swapaxes(-1, -2)
+            by_j = by_j * np.linalg.det(self._drawn)[:, None]
+        return self._cells.pushes(state.cells, stress, by_j, state.pressure)
+
+    def _of_piola(
+        self, state: Strained, piola: Floats, position: Floats, velocity: Floats
+    ) -> Floats:
+        """Return minus viscous forces on nodes [N], shape (element, node, 3).
+
+        Args:
+            state: Of the elements.
+            piola: w P of the points [J], shape (element, point, 3, 3).
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        if self._cells is None:
+            return np.einsum("eqxk,eqak->eax", piola, self._slope)
+        if self._drawn is not None:
+            piola = piola @ self._drawn[:, None].swapaxes(-1, -2)
+        _, moving = self._rate(position, velocity)
+        resisting = self._cells.resisting(state.cells, moving.cells.dots, self._eta[:, 0])
+        return self._cells.turned(state.cells, piola, resisting)
+
+    def _rate(self, position: Floats, velocity: Floats) -> tuple[Any, Strained]:
+        """Return dF/dt, and the rates of all else that is strained [1/s]."""
+        moved = self._strained(position + 1j * STEP * velocity)
+        cells = moved.cells and type(moved.cells)(*(each.imag / STEP for each in moved.cells))
+        rate = moved.f.imag / STEP
+        return rate, moved._replace(cells=cells)
 
     def energy(self, time: float, position: Floats) -> float:
         """Return the stored energy [J], without ``remembered_energy``."""
@@ -179,24 +279,29 @@ class ElementSolid(ForceFormula):
         Each law is integrated from the drawn state on, where it stores nothing. Where elements
         yield, laws are left out, because their energy depends on the plastic strain.
         """
-        f, j, _ = self._strained(position)
+        state = self._strained(position)
+        _, c, j, _, at = state
         near = np.maximum(j, LEAST)
         g, _ = _isochoric(near, j - near)
-        c = np.einsum("eqxk,eqxl->eqkl", f, f)
         first = np.trace(c, axis1=2, axis2=3)
         second = 0.5 * (first**2 - np.einsum("eqkl,eqlk->eq", c, c))
-        one = g * first - 3.0
-        total = 0.5 * self._local * (j - 1.0) ** 2
+        fold, _ = _folded(j)
+        one = g * first + fold - 3.0
+        total, _ = self._laws.of_volume(j, self._local)
         if self.plastic is None:
-            total += self._laws.energies(g * first, g * g * second)
+            total += self._laws.energies(g * first + fold, g * g * second + 2.0 * fold, g)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
-            stretched = np.einsum("eqxk,ek->eqx", f, along)
-            e = spread * one + (1.0 - 3.0 * spread) * ((stretched**2).sum(axis=2) - 1.0)
+            stretched = np.einsum("eqkl,ek,el->eq", c, along, along)
+            e = spread * one + (1.0 - 3.0 * spread) * (stretched - 1.0)
             total += np.where(e > 0.0, 0.5 * k1 / k2 * (np.exp(k2 * e * e) - 1.0), 0.0)
+        of_points = (self._weight * total).sum(axis=1)
+        if self._cells is not None:
+            of_volume, _ = self._laws.of_mean(at.volume, self._bulk)
+            return np.asarray(of_points + self._cells.alone(at, of_volume))
         mean = (self._weight * j).sum(axis=1) / self._volume
-        of_mean = 0.5 * self._bulk * self._volume * (mean - 1.0) ** 2
-        return np.asarray((self._weight * total).sum(axis=1) + of_mean)
+        of_mean, _ = self._laws.of_mean(mean, self._bulk)
+        return np.asarray(of_points + self._volume * of_mean)
 
     @property
     def marks(self) -> Indices:
@@ -212,11 +317,14 @@ class ElementSolid(ForceFormula):
         limits = self._limits
         if limits is None:
             return np.zeros(0)
-        f, j, pressure = self._strained(position)
+        state = self._strained(position)
+        f = state.f
         part = self._weight / self._volume[:, None]
         widest = np.linalg.svd(np.einsum("eq,eqxk->exk", part, f), compute_uv=False)[:, 0]
-        stress = self._stress(np.einsum("eqxk,eqxl->eqkl", f, f), np.sign(j), pressure)
+        stress, by_j = self._stress(state.c, state.j)
         kirchhoff = np.einsum("eq,eqxk,eqkl,eqyl->exy", part, f, stress, f)
+        mean = (part * state.j * (by_j + state.pressure[:, None])).sum(axis=1)
+        kirchhoff = kirchhoff + mean[:, None, None] * np.eye(3)
         largest = np.linalg.eigvalsh(kirchhoff)[:, -1] / widest
         held = self._energies(position) / self._volume ** (2.0 / 3.0)
         loads = (
@@ -235,10 +343,13 @@ class ElementSolid(ForceFormula):
         Args:
             position: Of all nodes [m], shape (node, 3).
         """
-        f, j, _ = self._strained(position)
-        near = np.maximum(j, LEAST)
-        g, _ = _isochoric(near, j - near)
-        return g[..., None, None] * np.einsum("eqxk,eqxl->eqkl", f, f)
+        state = self._strained(position)
+        if self._cells is None:
+            near = np.maximum(state.j, LEAST)
+            g, _ = _isochoric(near, state.j - near)
+        else:
+            g, _ = _of_square(state.c)
+        return np.asarray(g[..., None, None] * state.c)
 
     def give_way(self, position: Floats, velocity: Floats, free: Indices) -> None:
         """Relax the branches of elements at some nodes completely.
@@ -257,13 +368,17 @@ class ElementSolid(ForceFormula):
         Args:
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        right, total = self.unimodular(position), np.zeros_like(self._weight)
+        total = np.zeros_like(self._weight)
+        _, c, j, *_ = self._strained(position)
+        fold, _ = _folded(j)
         if self.branches is not None:
-            total += self.branches.energy(right, velocity)
+            total += self.branches.energy(self.unimodular(position), velocity)
+            total += 0.5 * fold * self.branches.sudden[:, None]
         if self.plastic is not None:
-            total += self._laws.energies(
-                *_invariants(right @ self.plastic.unimodular(velocity))
-            )
+            first, second = _invariants(c @ self.plastic.unimodular(velocity))
+            near = np.maximum(j, LEAST)
+            g, _ = _isochoric(near, j - near)
+            total += self._laws.energies(g * first + fold, g * g * second + 2.0 * fold, g)
         return float((self._weight * total).sum())
 
     def rates(self, position: Floats, velocity: Floats) -> Floats:
@@ -289,12 +404,11 @@ class ElementSolid(ForceFormula):
 
     def _turned(self, position: Floats, velocity: Floats) -> Floats:
         """Return S C of laws and branches [Pa], shape (element, point, 3, 3)."""
-        f, j, pressure = self._strained(position)
-        c = np.einsum("eqxk,eqxl->eqkl", f, f)
+        state = self._strained(position)
         relaxing = None if self.branches is None else self.branches.weight(velocity)
         flowed = self._flowed(velocity)
-        stress = self._stress(c, np.sign(j), 0.0 * pressure, relaxing, flowed, fibred=False)
-        return np.asarray(stress @ c)
+        stress = self._whole_stress(state, relaxing, flowed, fibred=False)
+        return np.asarray(stress @ state.c)
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that flow and relaxation lose [W]."""
@@ -308,45 +422,38 @@ class ElementSolid(ForceFormula):
             lost += float((self._weight * each).sum())
         if not self._eta.any():
             return lost
-        f, j, _ = self._strained(position)
-        rate, _, thick = self._flow(f, j, velocity)
-        return lost + 2.0 * float((thick * (rate**2).sum(axis=(2, 3))).sum())
+        state = self._strained(position)
+        rate, _, thick = self._flow(state, position, velocity)
+        lost += 2.0 * float((thick * (rate**2).sum(axis=(2, 3))).sum())
+        if self._cells is not None:
+            _, moving = self._rate(position, velocity)
+            dots = moving.cells.dots
+            resisting = self._cells.resisting(state.cells, dots, self._eta[:, 0])
+            lost += float((resisting * dots[:, :, 3]).sum())
+        return lost
 
-    def _flow(self, f: Floats, j: Floats, velocity: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return J times the rate of strain without its trace, ∂J/∂x_a, and w η/J."""
-        turned = _cofactors(f)
-        way = np.einsum("eqxk,eqak->eqax", turned, self._slope)
-        flow = np.einsum("eax,eqay->eqxy", velocity[self._nodes], way)
+    def _flow(
+        self, state: Strained, position: Floats, velocity: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return J times the rate of strain without its trace, cof F, and w η/J."""
+        moving, _ = self._rate(position, velocity)
+        way = _cofactors(state.f)
+        flow = moving @ way.swapaxes(-1, -2)
         rate = 0.5 * (flow + flow.swapaxes(-1, -2))
         rate -= np.trace(rate, axis1=2, axis2=3)[..., None, None] / 3.0 * np.eye(3)
-        return rate, way, self._weight * self._eta / np.maximum(j, LEAST)
+        return rate, way, self._weight * self._eta / np.maximum(state.j, LEAST)
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
     ) -> sparse.coo_matrix:
         """Return the second derivative of the energy [N/m], shape (3 size, 3 size)."""
-        f, j, pressure = self._strained(position)
-        c, sign = np.einsum("eqxk,eqxl->eqkl", f, f), np.sign(j)
-        flowed = self._flowed(self._velocity)
-        stress = self._stress(c, sign, pressure, None, flowed)
-        inner = np.einsum(
-            "eq,eqak,eqkl,eqbl->eab", self._weight, self._slope, stress, self._slope
-        )
-        values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
-        for k, m in _PAIRS:
-            moved = c.astype(complex)
-            moved[..., k, m] += 1j * STEP
-            if k != m:
-                moved[..., m, k] += 1j * STEP
-            change = self._stress(moved, sign, pressure, None, flowed).imag / STEP
-            # How the component of C changes with places.
-            by_place = np.einsum("eqx,eqa->eqax", f[..., k], self._slope[..., m])
-            by_place = by_place + np.einsum("eqx,eqa->eqax", f[..., m], self._slope[..., k])
-            push = np.einsum("eqxk,eqkl,eqal->eqax", f, change, self._slope)
-            values += np.einsum("eq,eqax,eqby->eaxby", self._weight, push, by_place)
-        turned = _cofactors(f)
-        swell = np.einsum("eq,eqxk,eqak->eax", self._weight, turned, self._slope)
-        values += np.einsum("e,eax,eby->eaxby", self._bulk / self._volume, swell, swell)
+        flowed, count = self._flowed(self._velocity), self._nodes.shape[1]
+        values = np.empty((len(self._nodes), count, 3, count, 3))
+        for node, axis in np.ndindex(count, 3):
+            corners = position[self._nodes].astype(complex)
+            corners[:, node, axis] += 1j * STEP
+            push = self._push(self._strained_at(corners), (None, flowed))
+            values[..., node, axis] = push.imag / STEP
         return assembled(values, number[self._nodes], size)
 
 
@@ -375,6 +482,30 @@ def _cofactors(f: Floats) -> Floats:
     a, b, c = (f[..., k, :] for k in range(3))
     with np.errstate(all="ignore"):
         return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
+
+
+def _folded(j: Any) -> tuple[Any, Any]:
+    """Return what is added to I1 where J is less than ``LEAST``, and its derivative.
+
+    It is Hermite's polynomial that rises from 0 there to 3 at J = 0 without slopes and bends.
+    """
+    part = np.where(j.real < LEAST, 1.0 - j / LEAST, 0.0)
+    part = np.where(part.real > 1.0, 1.0, part)
+    rise = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
+    return 3.0 * rise, -90.0 / LEAST * part**2 * (1.0 - part) ** 2
+
+
+def _of_square(c: Any) -> tuple[Any, Any]:
+    """Return (det C)^(-1/3) and its derivative; see ``_inverse_root``."""
+    return _inverse_root(np.linalg.det(c))
+
+
+def _inverse_root(square: Any) -> tuple[Any, Any]:
+    """Return x^(-1/3), below ``LEAST``² Taylor's polynomial, and its derivative."""
+    near = np.where(square.real < LEAST**2, LEAST**2, square)
+    below, third = square - near, near ** (-1.0 / 3.0)
+    slope, bend = -third / near / 3.0, 4.0 / 9.0 * third / near**2
+    return third + below * (slope + 0.5 * bend * below), slope + bend * below
 
 
 def _isochoric(near: Any, below: Any) -> tuple[Any, Any]:

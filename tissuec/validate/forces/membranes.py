@@ -146,15 +146,15 @@ class MembraneWall(ForceFormula):
         """
         g, of_g, j, of_q, whole, _ = self._invariants(c, across)
         one, wide, first, second = self._of_laws(c, across, kept)
-        by_first, by_second = self._laws.slopes(g * first, g**2 * second)
+        by_first, by_second, own = self._laws.slopes(g * first, g**2 * second, g)
         turned = np.empty_like(c)
         turned[:, 0, 0], turned[:, 1, 1] = c[:, 1, 1], c[:, 0, 0]
         turned[:, 0, 1], turned[:, 1, 0] = -c[:, 1, 0], -c[:, 0, 1]
         # With the A of what is plastic, ∂I1/∂C = A, ∂I2/∂C = I1 A - A C A, and what g and J
         # change by.
         by_one = by_first * g + by_second * g * g * first
-        by_g = by_first * g * first + 2.0 * by_second * g * g * second
-        by_j = self._bulk * (j - 1.0) * j
+        by_g = by_first * g * first + 2.0 * by_second * g * g * second + own * g
+        by_j = self._laws.of_volume(j, self._bulk)[1] * j
         inside = 2.0 * by_one[:, None, None] * one
         inside = inside - 2.0 * (by_second * g * g)[:, None, None] * (one @ c @ one)
         outside = 2.0 * (by_one - by_second * g * g * wide * across) * wide
@@ -200,8 +200,8 @@ class MembraneWall(ForceFormula):
         _, c, across = self._strained(position, kept)
         g, _, j, _, whole, _ = self._invariants(c, across)
         *_, first, second = self._of_laws(c, across, kept)
-        total = 0.5 * self._bulk * (j - 1.0) ** 2
-        total += self._laws.energies(g * first, g * g * second)
+        total, _ = self._laws.of_volume(j, self._bulk)
+        total += self._laws.energies(g * first, g * g * second, g)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             fourth = np.einsum("ekl,ek,el->e", c, along, along)

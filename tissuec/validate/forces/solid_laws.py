@@ -1,15 +1,4 @@
-"""Laws of solids of the reference: slopes in closed form, and energies as integrals of them.
-
-Sums over principal stretches, by Cauchy's integral around their squares.
-
-With the squares x as zeros of p(x) = x³ - I1 x² + I2 x - 1, a sum S = Σ f(log x) changes by
-
-    ∂S/∂I1 = 1/2πi ∮ e^w f'(w)/p(e^w) e^w dw,    ∂S/∂I2 = -1/2πi ∮ f'(w)/p(e^w) e^w dw
-
-on a circle around the logarithms of the zeros, also where zeros coincide. On a circle, the mean
-of equidistant points converges faster than any power of their number (L. N. Trefethen, J. A. C.
-Weideman, SIAM Rev. 56:385, 2014).
-"""
+"""Laws of solids of the reference: slopes in closed form, and energies as integrals of them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.validate.forces import solid_laws
+from tissuec.validate.forces import principal_sums
+from tissuec.validate.forces.solid_volumes import of_coupled, volume_of
 
 Floats = NDArray[np.float64]
 Slopes = Callable[[Any, Any], tuple[Any, Any]]  # by i1 and i2, of both
@@ -48,7 +38,7 @@ def _veronda_westmann(law: Any) -> Slopes:
 
 
 def _hencky(law: Any) -> Slopes:
-    return lambda i1, i2: solid_laws.slopes(lambda w: 0.5 * w, i1, i2)  # of w²/4
+    return lambda i1, i2: principal_sums.slopes(lambda w: 0.5 * w, i1, i2)  # of w²/4
 
 
 def _ogden(law: Any) -> Slopes:
@@ -60,7 +50,7 @@ def _ogden(law: Any) -> Slopes:
     def slope(w: Any) -> Any:  # of Σ 2 s/a² e^(a w/2)
         return sum(share / a * np.exp(0.5 * a * w) for share, a in terms)
 
-    return lambda i1, i2: solid_laws.slopes(slope, i1, i2)
+    return lambda i1, i2: principal_sums.slopes(slope, i1, i2)
 
 
 def _of_tension(law: Any) -> Slopes:
@@ -82,14 +72,13 @@ def _of_tension(law: Any) -> Slopes:
     return slopes
 
 
-_LARGEST, _REST = (
-    16.5,
-    3e-14,
-)  # I1 of four times the length; I1 - 3 where slopes are those at rest
+_LARGEST = 16.5  # I1 of four times the length
+_REST = 3e-14  # I1 - 3 up to which slopes are those at rest
 
 #: By the names of the classes of shipped laws.
 SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "NeoHookean": _neo_hookean,
+    "CoupledNeoHookean": _neo_hookean,  # at a constant volume
     "MooneyRivlin": _mooney_rivlin,
     "Yeoh": _yeoh,
     "SolidExponential": _exponential,
@@ -98,6 +87,11 @@ SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "Ogden": _ogden,
     "OfTension": _of_tension,
 }
+
+
+def is_coupled(law: object) -> bool:
+    """Return whether the energy of a law depends on tr C instead of I1."""
+    return shipped(law) == "CoupledNeoHookean"
 
 
 def slopes_of(law: object) -> Slopes:
@@ -111,9 +105,8 @@ def _of_formula(law: Any) -> Slopes:
 
     def slopes(i1: Any, i2: Any) -> tuple[Any, Any]:
         values = {"i1": i1, "i2": i2}
-        return derived(tree, values, "i1")[1] + 0.0 * i1, derived(tree, values, "i2")[
-            1
-        ] + 0.0 * i2
+        first, second = (derived(tree, values, name)[1] for name in ("i1", "i2"))
+        return first + 0.0 * i1, second + 0.0 * i2
 
     return slopes
 
@@ -131,23 +124,60 @@ class SolidLaws:
     def __init__(self, laws: Any, law: NDArray[np.int64], shear: Floats):
         self._rules = [(slopes_of(one), np.flatnonzero(law == k)) for k, one in enumerate(laws)]
         self._shear = shear
+        self._coupled = [
+            (of_coupled(one), np.flatnonzero(law == k))
+            for k, one in enumerate(laws) if is_coupled(one)
+        ]  # fmt: skip
+        self._volumes = [
+            (volume_of(one), np.flatnonzero(law == k)) for k, one in enumerate(laws)
+        ]
 
-    def slopes(self, i1: Any, i2: Any) -> tuple[Any, Any]:
-        """Return the derivatives of energies by invariants without change of volume [Pa].
+    def slopes(self, i1: Any, i2: Any, g: Any) -> tuple[Any, Any, Any]:
+        """Return the derivatives of energies by invariants without change of volume, and by g.
 
         Args:
             i1, i2: Of each element, which may be complex, shape (element, …).
+            g: J^(-2/3), of the same shape.
         """
         first, second = np.zeros_like(i1), np.zeros_like(i1)
         for rule, rows in self._rules:
             first[rows], second[rows] = rule(i1[rows], i2[rows])
-        return self._shear * first, self._shear * second
+        by_g = np.zeros_like(i1)
+        for _, own in self._coupled:
+            first[own] = 0.5 / g[own]  # of (I1/g - 3)/2
+            by_g[own] = -0.5 * i1[own] / g[own] ** 2
+        return self._shear * first, self._shear * second, self._shear * by_g
 
-    def energies(self, i1: Floats, i2: Floats) -> Floats:
+    def of_volume(self, j: Any, bulk: Any) -> tuple[Any, Any]:
+        """Return the energy of the volume at points [Pa], and its derivative by J.
+
+        Args:
+            j: Of each element, which may be complex, shape (element, …).
+            bulk: The bulk moduli there [Pa].
+        """
+        value, slope = self.of_mean(j, bulk)
+        shear = np.broadcast_to(self._shear, j.shape)
+        for rule, own in self._coupled:
+            one, by = rule(j[own])
+            value[own] += shear[own] * one
+            slope[own] += shear[own] * by
+        return value, slope
+
+    def of_mean(self, j: Any, bulk: Any) -> tuple[Any, Any]:
+        """Return the energy of the volume that belongs to the bulk modulus; see above."""
+        value, slope = np.zeros_like(j), np.zeros_like(j)
+        bulk = np.broadcast_to(bulk, j.shape)
+        for rule, rows in self._volumes:
+            one, by = rule(j[rows])
+            value[rows], slope[rows] = bulk[rows] * one, bulk[rows] * by
+        return value, slope
+
+    def energies(self, i1: Floats, i2: Floats, g: Floats) -> Floats:
         """Return energies per volume [Pa], integrals of slopes from I1 = I2 = 3 on.
 
         Args:
             i1, i2: Of each element, shape (element, …).
+            g: J^(-2/3), of the same shape.
         """
         one, other, found = i1 - 3.0, i2 - 3.0, np.zeros_like(i1)
         places, weights = np.polynomial.legendre.leggauss(40)
@@ -155,59 +185,9 @@ class SolidLaws:
             for place, weight in zip(0.5 + 0.5 * places, 0.5 * weights, strict=True):
                 values = rule(3.0 + place * one[rows], 3.0 + place * other[rows])
                 found[rows] += weight * (values[0] * one[rows] + values[1] * other[rows])
+        for _, own in self._coupled:
+            found[own] = 0.5 * (i1[own] / g[own] - 3.0)
         return self._shear * found
-
-
-_POINTS = 256
-_WIDER, _AWAY = 1.3, 0.2  # radius of the circle over that of the zeros
-
-
-def total(f: Callable[[Any], Any], i1: Any, i2: Any) -> Any:
-    """Return S, shape (…).
-
-    Args:
-        f: Function of w = log x.
-        i1, i2: Invariants, shape (…).
-    """
-    return f(_zeros(np.asarray(i1), np.asarray(i2))).real.sum(axis=-1)
-
-
-def slopes(slope: Callable[[Any], Any], i1: Any, i2: Any) -> tuple[Any, Any]:
-    """Return the derivatives of S by I1 and I2, each of shape (…).
-
-    Args:
-        slope: f', an analytic function of w = log x.
-        i1, i2: Invariants, shape (…). What a small imaginary part changes is found to first
-            order.
-    """
-    i1, i2 = np.broadcast_arrays(i1, i2)
-    one, two = i1.real[..., None], i2.real[..., None]
-    zeros = _zeros(i1.real, i2.real)
-    middle = 0.5 * (zeros.real.min(axis=-1) + zeros.real.max(axis=-1))[..., None]
-    radius = _WIDER * np.abs(zeros - middle).max(axis=-1)[..., None] + _AWAY
-    way = radius * np.exp(2j * np.pi * (np.arange(_POINTS) + 0.5) / _POINTS)
-    w = middle + way
-    x = np.exp(w)
-    inverse = 1.0 / (((x - one) * x + two) * x - 1.0)
-    part = slope(w) * x * way * inverse
-
-    def mean(power: int, again: int) -> Any:
-        return (part * x**power * inverse**again).mean(axis=-1).real
-
-    first, second = mean(1, 0), -mean(0, 0)
-    if np.iscomplexobj(i1) or np.iscomplexobj(i2):
-        both = -mean(2, 1)
-        first = first + 1j * (mean(3, 1) * i1.imag + both * i2.imag)
-        second = second + 1j * (both * i1.imag + mean(1, 1) * i2.imag)
-    return first, second
-
-
-def _zeros(i1: Any, i2: Any) -> Any:
-    """Return the logarithms of the zeros of p, shape (…, 3)."""
-    companion = np.zeros((*np.broadcast_shapes(i1.shape, i2.shape), 3, 3))
-    companion[..., 0, 0], companion[..., 0, 1] = i1, -i2
-    companion[..., 0, 2] = companion[..., 1, 0] = companion[..., 2, 1] = 1.0
-    return np.log(np.linalg.eigvals(companion).astype(complex))
 
 
 def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
@@ -275,13 +255,13 @@ def _of_stretches(a: float, i1: Any, i2: Any, name: str) -> tuple[Any, Any]:
     """Return Σ (λ^a - 1), or Σ log² λ if a is 0, and its derivative by an invariant."""
     if a == 0.0:
         value, (first, second) = (
-            solid_laws.total(lambda w: 0.25 * w * w, np.real(i1), np.real(i2)),
-            solid_laws.slopes(lambda w: 0.5 * w, i1, i2),
+            principal_sums.total(lambda w: 0.25 * w * w, np.real(i1), np.real(i2)),
+            principal_sums.slopes(lambda w: 0.5 * w, i1, i2),
         )
     else:
         value, (first, second) = (
-            solid_laws.total(lambda w: np.exp(0.5 * a * w) - 1.0, np.real(i1), np.real(i2)),
-            solid_laws.slopes(lambda w: 0.5 * a * np.exp(0.5 * a * w), i1, i2),
+            principal_sums.total(lambda w: np.exp(0.5 * a * w) - 1.0, np.real(i1), np.real(i2)),
+            principal_sums.slopes(lambda w: 0.5 * a * np.exp(0.5 * a * w), i1, i2),
         )
     return value, {"i1": first, "i2": second}.get(name, 0.0)
 

@@ -1,0 +1,309 @@
+"""Hexahedra that bend at any ratio of their edges: one mean strain and three bendings.
+
+With the numbers of a cell as drawn (``geometry.bent_cells``) and places x of its nodes,
+
+    F = Σ x_a ⊗ b_a,    e_k = F A_k,    g_h = Σ (h - (Σ h X)·b) x / 8,
+    s_k = max(|e_k|²/|A_k|², 4/25),    v = its volume over that as drawn,
+
+a cell has, in each plane k of two directions i and j, three curvatures relative to its present
+edges,
+
+    κ_ii = e_i·g_j / s_i,    κ_jj = e_j·g_i / s_j,    κ_ij = (e_i·g_i + e_j·g_j)/(s_i + s_j),
+
+and bends in plane stress: with the part S of what they give in the plane, and its trace t,
+
+    D_k = dev(S - β t n_k n_k),    D(ξ) = ξ D_1 + η D_2 + ζ D_3.
+
+At eight points, laws refer to
+
+    C(ξ) = (1 + D)ᵀ FᵀF (1 + D) + Dᵀ FᵀF D - sym(A FᵀF),    J = det F,
+    A = Σ |S'|² (1/3 - n_k n_k)/6,
+
+the first two of which are squares, so that C is positive wherever the nodes are; their sum has
+the determinant J² but for the third order of D. S' is S without its trace in the plane. Where a
+plane becomes longer one way and shorter the other, v falls by the second order; A is the change
+of shape that belongs to it. Without A, cells that are stretched to twice their length would
+narrow unevenly by themselves. For the whole cell follow, per volume,
+
+    K h(v) + k0/6 Σ j_k² + Y/18 Σ (e_k·g_4)²/(s_k |A_k|⁴),
+
+j_k being the slopes of the volume along ξ_k without those that lie across the plane. With
+
+    k0 = min(K, μ (2/3 + max(ν', 0))),    ν' = λ/(λ + 2 μ),
+    β = √(3/4 + 3/2 (ν' - k0/2μ)) - 1/2,
+
+boxes that are bent store what a plate in plane stress does. The mean alone carries all uniform
+strain, so that cells of any shape pass the patch test. Where a cell is nearly inside out, its
+modes resist, too. (Compare the one-point elements of T. Belytschko, L. P. Bindeman, Comput.
+Meth. Appl. Mech. Eng. 105:225, 1993, and the sampled energy of P. Krysl, Int. J. Numer. Meth.
+Eng. 103:650, 2015. Trapezoids stay too stiff, as all elements of eight nodes that pass the
+patch test do: R. H. MacNeal, Finite Elem. Anal. Des. 11:175, 1992.)
+"""
+
+from collections.abc import Callable, Sequence
+
+from tissuec import autodiff
+from tissuec.autodiff import Number, Numbers, Tensor, Vector
+from tissuec.autodiff.cells import CellState
+from tissuec.autodiff.points import PLACES
+from tissuec.geometry.bent_cells import ACROSS, MODES, SIDES
+
+LEAST_SQUARE = 0.16  # of |e_k|/|A_k|, so that flat cells have finite curvatures
+GUARD = 0.2  # ratio of volumes below which modes resist
+_TINY = 1e-12  # of what is under a root
+
+
+def deformed(
+    numbers: Sequence[Number], at: Sequence[Number], rates: Sequence[Number] | None = None
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Return F, F (1 + D) and F D at a point; or their rates.
+
+    Args:
+        numbers: F row by row, and the halves of D_1 to D_3 and A, 33 numbers.
+        at: ξ of the point.
+        rates: dF/dt and halves of dD/dt, as the numbers; None for F and D themselves.
+    """
+    mean, own = _mean_and_bend(numbers, at)
+    bent = mean @ own
+    if rates is not None:
+        moving, bending = _mean_and_bend(rates, at)
+        mean, bent = moving, moving @ own + mean @ bending
+    return mean, mean + bent, bent
+
+
+def evened(numbers: Sequence[Number]) -> tuple[Tensor, Tensor]:
+    """Return F, and the mean of C over the eight points."""
+    mean = Tensor(numbers[k : k + 3] for k in (0, 3, 6))
+    total = square(mean)
+    for k in range(3):
+        at = [numbers[0].graph.number(float(k == m)) for m in range(3)]
+        _, own = _mean_and_bend(numbers, at)
+        # Mean squares of natural coordinates are 1/3, and C has D squared twice.
+        total = total + 2.0 / 3.0 * square(mean @ own)
+    return mean, narrowed(total, mean, numbers)
+
+
+def narrowed(right: Tensor, mean: Tensor, numbers: Sequence[Number]) -> Tensor:
+    """Return C with the strain of second order of cells whose planes are strained unevenly.
+
+    Args:
+        right: C without that.
+        numbers: As of ``deformed``; the last six are the half of A.
+    """
+    place = {each: k for k, each in enumerate(PLACES[3])}
+    a = Tensor([numbers[27 + place[min(m, n), max(m, n)]] for n in range(3)] for m in range(3))
+    return symmetric(right - autodiff.symmetric_part(a @ square(mean)))
+
+
+def _mean_and_bend(
+    numbers: Sequence[Number], at: Sequence[Number]
+) -> tuple[Tensor, Tensor]:  # fmt: skip
+    halves = (numbers[9 + 6 * k : 15 + 6 * k] for k in range(3))
+    half = [autodiff.dot(at, each) for each in zip(*halves, strict=True)]
+    place = {each: k for k, each in enumerate(PLACES[3])}
+    bend = Tensor([half[place[min(m, n), max(m, n)]] for n in range(3)] for m in range(3))
+    return Tensor(numbers[k : k + 3] for k in (0, 3, 6)), bend
+
+
+def square(a: Tensor) -> Tensor:
+    """Return aᵀ a."""
+    return symmetric(a.transposed @ a)
+
+
+def symmetric(a: Tensor) -> Tensor:
+    """Return a symmetric tensor that has each number off its diagonal twice."""
+    return Tensor([a.rows[min(i, k)][max(i, k)] for k in range(3)] for i in range(3))
+
+
+class _Modes:
+    """Edges and modes of a cell.
+
+    Attributes:
+        r, q: Those of the nodes themselves, Σ ξ_k x/8 and Σ h x/8.
+        mean: F.
+        e: F A_k.
+        g: Modes without what F gives them.
+    """
+
+    def __init__(self, x: Sequence[Vector], c: Numbers):
+        self.r = [_summed(x, SIDES[:, k].tolist()) for k in range(3)]
+        self.q = [_summed(x, mode) for mode in MODES.tolist()]
+        if "over" in vars(c):  # a box, whose edges are along the axes
+            over: Sequence[Number] = c.over
+            self.mean = Tensor([self.r[k][m] * over[k] for k in range(3)] for m in range(3))
+            self.e, self.g = self.r, self.q
+            return
+        columns = [[c.mean[3 * a + k] for a in range(8)] for k in range(3)]
+        self.mean = Tensor(
+            [autodiff.dot([each[m] for each in x], column) for column in columns]
+            for m in range(3)
+        )
+        self.e = [self.mean.of([c.edges[3 * m + k] for m in range(3)]) for k in range(3)]
+        self.g = [q - self.mean.of(c.modes[3 * h : 3 * h + 3]) for h, q in enumerate(self.q)]
+
+    def curvatures(self, squares: Sequence[Number]) -> list[list[Number]]:
+        """Return κ_ii, κ_jj and κ_ij of each plane."""
+        dots = [[autodiff.dot(e, g) for g in self.g[:3]] for e in self.e]
+        return [
+            [dots[i][j] / squares[i], dots[j][i] / squares[j],
+             (dots[i][i] + dots[j][j]) / (squares[i] + squares[j])]
+            for i, j in ACROSS
+        ]  # fmt: skip
+
+    @property
+    def volume(self) -> Number:
+        """Return an eighth of the volume of the cell."""
+        r, q = self.r, self.q
+        rest = sum(
+            (autodiff.dot(r[a], autodiff.cross(q[b], q[c])) for a, b, c in
+             ((0, 2, 1), (1, 0, 2), (2, 1, 0))),
+            start=0.0,
+        )  # fmt: skip
+        return autodiff.dot(r[0], autodiff.cross(r[1], r[2])) + rest / 3.0
+
+    @property
+    def slopes(self) -> list[Number]:
+        """Return the slopes of an eighth of the volume along ξ_k."""
+        r, q = self.r, self.q
+        return [
+            autodiff.dot(q[j], autodiff.cross(r[j], r[k]))
+            + autodiff.dot(q[i], autodiff.cross(r[k], r[i]))
+            for k, (i, j) in enumerate(ACROSS)
+        ]
+
+
+def _summed(x: Sequence[Vector], signs: Sequence[float]) -> Vector:
+    """Return an eighth of a sum of nodes with signs."""
+    found = x[0] if signs[0] > 0 else -x[0]
+    for each, sign in zip(x[1:], signs[1:], strict=True):
+        found = found + each if sign > 0 else found - each
+    return 0.125 * found
+
+
+def boxed(c: Numbers) -> Numbers:
+    """Return the numbers of a box with edges along the axes, most of which are zero.
+
+    Args:
+        c: Those of ``BOX_WIDTHS``.
+    """
+    graph = c.volume.graph
+    none, third = graph.number(0.0), graph.number(1.0 / 3.0)
+    over: Sequence[Number] = c.over
+    bend, trace, lateral = list[Number](), list[Number](), list[Number]()
+    for k, (i, j) in enumerate(ACROSS):
+        for m in (i, j):
+            square = over[m] * over[m]
+            bend += [
+                square * ((1.0 if n == m else 0.0) - third) if n < 3 else none for n in range(6)
+            ]
+            trace.append(square)
+        mixed = {(1, 2): 3, (0, 2): 4, (0, 1): 5}[min(i, j), max(i, j)]
+        bend += [over[i] * over[j] if n == mixed else none for n in range(6)]
+        trace.append(none)
+        lateral += [third - (1.0 if n == k else 0.0) if n < 3 else none for n in range(6)]
+    squares = [each * each for each in over]
+    return Numbers({
+        "over": c.over, "length": Vector(squares), "bend": Vector(bend), "trace": Vector(trace),
+        "lateral": Vector(lateral), "twist": c.twist, "skew": Vector([none] * 6),
+        "slope": Vector([none] * 3), "volume": c.volume,
+        "steep": squares[0] + squares[1] + squares[2],
+    })  # fmt: skip
+
+
+def bending_moduli(p: Numbers) -> tuple[Number, Number, Number]:
+    """Return β, k0 [Pa] and Young's modulus [Pa]."""
+    shear, bulk = p.shear, p.bulk
+    lame = bulk - 2.0 / 3.0 * shear
+    ratio = lame / (lame + 2.0 * shear)
+    slow = autodiff.minimum(bulk, shear * (2.0 / 3.0 + autodiff.maximum(ratio, 0.0)))
+    under = 0.75 + 1.5 * (ratio - 0.5 * slow / shear)
+    lateral = autodiff.sqrt(autodiff.maximum(under, _TINY)) - 0.5
+    return lateral, slow, 9.0 * bulk * shear / (3.0 * bulk + shear)
+
+
+def strained(
+    x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers,
+    of_volume: Callable[[Number, Numbers], Number], *, is_viscous: bool,
+) -> CellState:  # fmt: skip
+    """Return what a cell gives its points, and stores by itself, per volume.
+
+    Args:
+        x, v: Of its nodes.
+        c: Numbers of the cell as drawn, those of ``BentCells``.
+        p: Numbers of the element; shear and bulk moduli.
+        of_volume: Energy of a ratio of volumes [Pa].
+        is_viscous: Whether p has a viscosity.
+    """
+    modes = _Modes(x, c)
+    lateral, slow, young = bending_moduli(p)
+    squares = [
+        autodiff.maximum(autodiff.dot(e, e) * c.length[k], LEAST_SQUARE)
+        for k, e in enumerate(modes.e)
+    ]
+    kappa = modes.curvatures(squares)
+    strains = [*modes.mean.flat, *_bends(kappa, lateral, c)]
+    ratio = 8.0 * modes.volume / c.volume
+    swelling = _swelling(modes, ratio, c)
+    both = autodiff.dot(swelling, swelling)
+    volumetric = of_volume(ratio, p)
+    stored = slow / 6.0 * both + volumetric
+    last = [autodiff.dot(e, modes.g[3]) for e in modes.e]
+    weights = [c.length[k] * c.length[k] / squares[k] for k in range(3)]
+    stored = stored + young / 18.0 * autodiff.dot([a * a for a in last], weights)
+    j = autodiff.determinant(modes.mean)
+    least = autodiff.minimum(j, ratio - autodiff.sqrt(both + _TINY))
+    part = autodiff.minimum(autodiff.maximum(1.0 - least / GUARD, 0.0), 1.0)
+    part = part * part * (3.0 - 2.0 * part)
+    size = sum((autodiff.square(g) for g in modes.g), start=0.0)
+    stored = stored + part * p.shear * c.steep / 6.0 * size
+    loss: Number | float = 0.0
+    if is_viscous:
+        moving = _Modes(v, c)
+        faster = [
+            autodiff.dot(a, modes.g[3]) + autodiff.dot(b, moving.g[3])
+            for a, b in zip(moving.e, modes.e, strict=True)
+        ]
+        loss = p.viscosity / 6.0 * autodiff.dot([a * a for a in faster], weights)
+    return CellState(strains, stored, loss, ratio, volumetric)
+
+
+def _bends(kappa: Sequence[Sequence[Number]], lateral: Number, c: Numbers) -> list[Number]:
+    """Return the halves of D_1 to D_3 and A.
+
+    Args:
+        kappa: Curvatures of each plane.
+        lateral: β.
+        c: As of ``strained``.
+    """
+    twists = [
+        autodiff.dot([each[2] for each in kappa], c.twist[3 * k : 3 * k + 3]) for k in range(3)
+    ]
+    strains: list[Number] = []
+    narrowing: list[Number | float] = [0.0] * 6
+    for k in range(3):
+        own = [kappa[k][0], kappa[k][1], twists[k]]
+        trace = autodiff.dot(own, c.trace[3 * k : 3 * k + 3])
+        bend = [
+            autodiff.dot(own, [c.bend[18 * k + 6 * n + m] for n in range(3)]) for m in range(6)
+        ]
+        out = c.lateral[6 * k : 6 * k + 6]
+        strains += [a + lateral * trace * b for a, b in zip(bend, out, strict=True)]
+        # |S|² without its trace in the plane.
+        uneven = autodiff.dot(bend, [*bend[:3], *(2.0 * each for each in bend[3:])])
+        uneven = (uneven - trace * trace / 6.0) / 6.0
+        narrowing = [a + uneven * b for a, b in zip(narrowing, out, strict=True)]
+    return strains + [each for each in narrowing if isinstance(each, Number)]
+
+
+def _swelling(modes: _Modes, ratio: Number, c: Numbers) -> list[Number]:
+    """Return j_k: what the volume changes by along ξ_k, without what is across the plane."""
+    scale, found = 8.0 / c.volume, list[Number]()
+    for k, slope in enumerate(modes.slopes):
+        i, j = ACROSS[k]
+        out = scale * autodiff.cross(modes.e[i], modes.e[j])
+        skewed = [
+            c.skew[2 * k + n] * autodiff.dot(out, modes.g[other])
+            for n, other in enumerate((j, i))
+        ]
+        found.append(scale * (slope - ratio * c.slope[k]) - skewed[0] - skewed[1])
+    return found

@@ -1,0 +1,227 @@
+"""Hexahedra that bend; see ``solids.bent_cell`` for what they store.
+
+Their points are strained by all nodes of a cell together. Matrices are made column by column,
+from changes of forces.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any, Self
+
+import numpy as np
+
+from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.points import TracedPoint
+from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops.point_frame import PointTable
+from tissuec.compiled.loops.point_matrices import column_loop, strain_loop
+from tissuec.compiled.loops.tables import recorded, room_for
+from tissuec.core.structs import replace
+from tissuec.forces.matrices import without_negative
+from tissuec.forces.solids.elements import SolidElements
+from tissuec.forces.solids.solid_point import SolidKind, evened
+from tissuec.forces.solids.solid_strain import Prestretch
+from tissuec.geometry.bent_cells import BOX_WIDTHS, POINTS, WIDTHS, BentCells
+from tissuec.geometry.elements import ElementShape, Measures
+from tissuec.model.network import Floats, Indices
+
+
+class Hexahedra(SolidElements, frozen=True):
+    """Hexahedra that bend.
+
+    ``drawn`` has gradients without prestretch, which is ``stretches`` here.
+
+    Attributes:
+        cells: Numbers of ``BentCells``, as ``drawn`` one row for all that are alike.
+        are_boxes: Whether they are those of ``BentCells.boxes``.
+    """
+
+    cells: Floats
+    are_boxes: bool
+
+    @staticmethod
+    def _stretched(
+        prestretch: Prestretch, drawn: Measures, row: Indices
+    ) -> tuple[Measures, Indices]:
+        return drawn, row
+
+    @classmethod
+    def _with(cls, attributes: Mapping[str, Any], corners: Floats) -> Self:
+        own = dict(attributes)
+        drawn, prestretch = own.pop("drawn"), own["prestretch"]
+        # Points are of equal weight, so that bending has no mean.
+        even = np.repeat(drawn.volume.mean(axis=1, keepdims=True), 8, axis=1)
+        _, first = np.unique(own["row"], return_index=True)
+        cells = BentCells.of(corners[first])
+        stretches = np.zeros((len(corners), 0))
+        if prestretch is not None:
+            stretches = prestretch.deformation.reshape(-1, 9)
+        return cls(
+            **own, drawn=Measures(drawn.gradients, even), stretches=stretches,
+            cells=cells.boxes if cells.are_boxes else cells.rows, are_boxes=cells.are_boxes,
+        )  # fmt: skip
+
+    @property
+    def kind(self) -> SolidKind:
+        """Return the kind of the points, of which forces are."""
+        return super().kind._replace(is_bent=True, is_box=self.are_boxes)
+
+    @property
+    def with_stretches(self) -> Self:
+        """Return the elements with ``stretches``; see ``PointField``."""
+        if self.stretches.size:
+            return self
+        return replace(self, stretches=np.tile(np.eye(3).ravel(), (self.item_count, 1)))
+
+    @property
+    def steepness(self) -> Floats:
+        """Return ∂N/∂X by places without stress; see ``PointField``."""
+        slopes = super().steepness
+        if not self.stretches.size:
+            return slopes
+        return np.asarray(slopes @ self.stretches.reshape(-1, 1, 3, 3))
+
+    def volumetric(self) -> dict[str, Floats]:
+        """Return the bulk modulus; see ``PointField``."""
+        return {"bulk": self.bulk}
+
+    def _with_volumetric(self, numbers: Mapping[str, Floats]) -> dict[str, Any]:
+        return {"bulk": numbers["bulk"]}
+
+    # --- states -------------------------------------------------------------------------------
+
+    def deformations(self, position: Floats) -> Floats:
+        """Return F (1 + D), with prestretch, at all points; see ``PointField``."""
+        flat = np.stack(self.seen("deformation", position), axis=-1)
+        return flat.reshape(*flat.shape[:-1], 3, 3)
+
+    def _strains(self, position: Floats) -> dict[str, Floats]:
+        """Return inputs of a point by name, shape (…, element, point), or (…, element, 1)."""
+        cell = self.traced(self._present).cell
+        assert cell is not None
+        values = self._of_cell(position)
+        own = {f"f.{k}": each for k, each in enumerate(evaluate(cell.strains, values))}
+        slope = evaluate([cell.swell], values)[0]
+        return own | {"swell": slope} | {f"at.{k}": POINTS[:, k] for k in range(3)}
+
+    def _of_cell(self, position: Floats) -> dict[str, Floats]:
+        """Return inputs of whole cells by name, shape (…, element, 1)."""
+        places = position[..., self.nodes, :].reshape(*position.shape[:-2], self.item_count, -1)
+        values = {f"x.{k}": places[..., k, None] for k in range(places.shape[-1])}
+        drawn, first = self.cells[self.row], 0
+        for name, width in (BOX_WIDTHS if self.are_boxes else WIDTHS).items():
+            values |= {f"c.{name}.{k}": drawn[:, first + k, None] for k in range(width)}
+            first += width
+        for name, each in self._columns(self._present).items():
+            values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
+        return values
+
+    def _alone(self, point: TracedPoint, position: Floats) -> Floats:
+        """Return the energy that cells store beside their points [J], shape (…, element)."""
+        assert point.cell is not None
+        return evaluate([point.cell.energy], self._of_cell(position))[0][..., 0]
+
+    # --- matrices -----------------------------------------------------------------------------
+
+    def _columns_of(
+        self, forces: str, by: str, position: Floats, velocity: Floats | None = None
+    ) -> Floats:
+        """Return minus derivatives of forces, shape (element, node, 3, node, 3).
+
+        Args:
+            forces, by: See ``column_loop``.
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        kernel = column_kernel(self.traced, self._present, forces, by)
+        found = self._of_columns(kernel, 24, position, velocity)
+        return found.reshape(-1, 8, 3, 8, 3).transpose(0, 3, 4, 1, 2)
+
+    def _of_columns(
+        self,
+        kernel: GeneratedKernel,
+        rows: int,
+        position: Floats,
+        velocity: Floats | None = None,
+    ) -> Floats:
+        """Return what a kernel records for each component of the nodes, flat."""
+        room = room_for(24 * rows, self.item_count)
+        table = self._table(self._present, self.nodes, self._slots)
+        self._run(kernel, position, room, table, velocity)
+        return recorded(room, self.item_count)
+
+    def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each element; see ``PointField``.
+
+        Without ``exact``, negative eigenvalues of each element count as zero.
+        """
+        found = self._columns_of("elastic", "x", position)
+        if exact:
+            return found
+        flat = without_negative(found.reshape(-1, 24, 24))
+        return flat.reshape(found.shape)
+
+    def damping_of_elements(self, position: Floats) -> Floats:
+        """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
+        return self._columns_of("braking", "v", position)
+
+    def braking_by_position(self, position: Floats, velocity: Floats) -> Floats:
+        """Return minus the derivative of viscous forces by positions; see ``PointField``."""
+        return self._columns_of("braking", "x", position, velocity)
+
+    def strain_slopes(self, position: Floats) -> Floats:
+        """Return the derivatives of strains of points by positions; see ``PointField``."""
+        count = len(self.traced(self._present).f)
+        kernel = strain_kernel(self.traced, self._present)
+        found = self._of_columns(kernel, count, position).reshape(-1, 8, 3, count)
+        return found.transpose(0, 3, 1, 2)[:, None]
+
+    # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    def _forced(self) -> tuple[SolidKind, int]:
+        """Return the kind and number of points of forces; see ``PointField``."""
+        return _evened(self.kind)
+
+    @property
+    def _stiffened(self) -> tuple[SolidKind, int]:
+        """Return the kind and number of points of matrices; see ``PointField``."""
+        return _evened(self._present)
+
+    def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
+        used, row = np.unique(self.row, return_inverse=True)
+        at, weight = POINTS, self.drawn.volume[used]
+        if kind.is_even:
+            at, weight = np.zeros((1, 3)), weight.sum(axis=1, keepdims=True)
+        places = np.broadcast_to(at[:, :, None], (len(used), *at.shape, 1))
+        return PointTable.of(
+            nodes, self._numbers(kind), row.reshape(-1), places, weight,
+            slots[: kind.tensors], self.cells[used],
+        )  # fmt: skip
+
+
+def _evened(kind: SolidKind) -> tuple[SolidKind, int]:
+    own = evened(kind)
+    return own, 1 if own.is_even else len(POINTS)
+
+
+def kind_of(shape: ElementShape) -> type[SolidElements]:
+    """Return the class of elements of a shape."""
+    return Hexahedra if shape.bends else SolidElements
+
+
+@cache
+def column_kernel(
+    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind, forces: str, by: str
+) -> GeneratedKernel:
+    """Return the kernel of ``column_loop``."""
+    return GeneratedKernel(
+        "cells_columns", lambda name: column_loop(name, traced(kind), forces, by, 8, 8)
+    )
+
+
+@cache
+def strain_kernel(
+    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind
+) -> GeneratedKernel:
+    """Return the kernel of ``strain_loop``."""
+    return GeneratedKernel("cells_strains", lambda name: strain_loop(name, traced(kind), 8, 8))

@@ -1,0 +1,298 @@
+"""Newton's method to where forces on some nodes balance.
+
+Far from the equilibrium K is taken with its clamped part, which makes every step one downhill;
+near it the exact K, where it is positive definite, converges quadratically. For elements, whose
+clamped K costs most, the exact one is also tried far from equilibrium, until it is first
+indefinite. Steps are cut to a tenth of the net or half a spring, because a net that is not yet
+under tension resists hardly at all across its springs, and halved until the energy falls. Rigid
+motions that cost no energy are left out of steps. (J. Nocedal, S. J. Wright, Numerical
+Optimization, 2006, chapter 3.)
+
+Near the equilibrium a factor serves as long as forces fall fast with it (chords; C. T. Kelley,
+Iterative Methods for Linear and Nonlinear Equations, 1995, chapter 5). That of the end polishes
+the equilibrium and shows its stability.
+
+Shared arguments:
+    balance: The free nodes and what acts on them.
+    x: Positions of the free nodes [m], shape (free, 3).
+    bars: The springs at these positions.
+    force: Force on each free node [N], shape (free, 3).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.core.signals import give_way
+from tissuec.forces.springs.resting_springs import Bars
+from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.inverses import Iterations
+from tissuec.mechanics.rigid import NeutralMotions
+from tissuec.mechanics.stability import firm_inverse
+from tissuec.mechanics.stiffness import Factorization
+from tissuec.model.network import Floats
+
+PRECISE = 1e-12  # of the largest force: what may be left of one that balances
+NEAR = 1e-2  # of the largest force: from here on K is exact
+SHIFT = 1e-9  # of the largest entry of K, where K may be singular
+ROUNDS = 200
+HALVINGS = 30
+LEAVES = 2  # rounds in succession after which forces have grown: x leaves what was near
+ROUGH, FINE = 0.1, 1e-3  # of forces: what a step leaves at most, where it is not exact
+CHORD = 0.3  # of the largest force: what a step with the last K leaves at most
+CHORDS = 3  # steps with the last K that polish
+STAYS = 1e-6  # of the net: a step that leaves K as it is, and so its stability
+SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
+
+
+class Reached(NamedTuple):
+    """Where Newton's method ended.
+
+    Attributes:
+        x: Positions of the free nodes [m], shape (free, 3).
+        is_balanced: Whether forces balance there.
+        is_firm: Whether every motion that is not neutral is known to resist there.
+    """
+
+    x: Floats
+    is_balanced: bool
+    is_firm: bool = False
+
+
+class Tangent(NamedTuple):
+    """K⁻¹ at some place, with or without its clamped part, and the neutral motions there."""
+
+    inverse: Factorization | Iterations
+    neutral: NeutralMotions
+    is_exact: bool
+
+    def step(self, force: Floats, precision: float = 0.0) -> Floats | None:
+        """Return the step that forces cause [m], shape (free, 3).
+
+        None if K turns out not to be positive definite.
+
+        Args:
+            precision: What may be left of the forces, as a part, where they are not solved for
+                exactly.
+        """
+        force = self.neutral.balanced(force)
+        found = self.inverse.downhill(force.ravel(), precision)
+        if found is None or not np.vdot(found, force) > 0.0:
+            return None
+        return self.neutral.without(found.reshape(-1, 3))
+
+
+def descend(
+    balance: Balance,
+    x: Floats,
+    rounds: int = ROUNDS,
+    far: float = np.inf,
+    worse: int = ROUNDS,
+) -> Reached:
+    """Return the result of Newton's method.
+
+    Args:
+        rounds: Steps at most.
+        far: Way of a node from the start at which the search ends [m].
+        worse: How often in succession the largest force may grow.
+    """
+    hopes, grown, before = balance.has_elements, 0, np.inf
+    tangent: Tangent | None = None
+    for _ in range(rounds):
+        give_way()
+        bars = balance.bars(x)
+        force = balance.force(bars)
+        neutral = NeutralMotions.of(balance, x)
+        if balance.holds_slides:
+            force = neutral.balanced(force)
+        left, enough = greatest(force), allowed(balance, bars)
+        if left <= enough:
+            return polished(balance, x, bars, force)
+        # Inexact steps, as exact as the last one has shown that forces fall (S. C. Eisenstat,
+        # H. F. Walker, SIAM J. Sci. Comput. 17:16, 1996, choice 2).
+        falls = min(left / before, 1.0) if np.isfinite(before) else 1.0
+        precision = max(min(ROUGH, 0.9 * falls * falls), 0.1 * enough / left)
+        grown, before = grown + 1 if left > before else 0, left
+        if grown > worse:
+            break
+        balance.freeze(bars)
+        near = left <= NEAR * balance.largest(bars)
+        if near and tangent is not None and tangent.inverse.repeats:
+            further = _by_chord(balance, x, force, tangent)
+            if further is not None:
+                x = further
+                continue
+            bars = balance.bars(x)
+        matrices = (True, False) if near or hopes else (False,)
+        made = tangent_at(balance, bars, neutral, force, precision, matrices=matrices)
+        if made is None:
+            return Reached(x, is_balanced=False)
+        tangent, step = made
+        hopes = hopes and (near or tangent.is_exact)
+        found = downhill(balance, x, bars, force, step, expands=grown > LEAVES)
+        if found is None:
+            return Reached(x, is_balanced=False)
+        x = found
+        if not greatest(x - balance.start) <= far:
+            break
+    return Reached(x, is_balanced=False)
+
+
+PROBE = 1e-6  # of the motion of held nodes: the difference by which their K is found
+
+
+def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
+    """Return where the free nodes come to if forces change as they do at first.
+
+    K Δx = F(before) - K' Δx', where K' Δx' are the forces by the motion of held nodes. (T.
+    Belytschko et al., Nonlinear Finite Elements for Continua and Structures, 2014, chapter 6.)
+
+    Args:
+        x: Where the free nodes are otherwise, which is the result if it has less energy.
+        before: Where all nodes of the scene were before held ones moved [m], shape (node, 3).
+    """
+    bars = balance.bars(x)
+    moved = bars.position - before
+    moved[balance.free] = 0.0
+    start = before[balance.free]
+    there = balance.bars_at(before)
+    balance.freeze(there)
+    force = balance.force(there)
+    nearby = balance.force(balance.bars_at(before + PROBE * moved))
+    force = force + (nearby - force) / PROBE
+    neutral = NeutralMotions.of(balance, start)
+    made = tangent_at(balance, there, neutral, force, ROUGH**2, matrices=(True, False))
+    if made is None:
+        return x
+    found = start + made[1]
+    energies = [balance.energy(each, balance.bars(each))[0] for each in (found, x)]
+    return found if energies[0] < energies[1] else x
+
+
+def _by_chord(balance: Balance, x: Floats, force: Floats, tangent: Tangent) -> Floats | None:
+    """Return the places after a step with the last K; None if too much force is left there."""
+    step = tangent.step(force)
+    if step is None:
+        return None
+    there = x + step
+    after = balance.force(balance.bars(there))
+    if balance.holds_slides:
+        after = NeutralMotions.of(balance, there).balanced(after)
+    return there if greatest(after) <= CHORD * greatest(force) else None
+
+
+def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Reached:
+    """Return the equilibrium after exact steps, as long as forces [N] become smaller.
+
+    Soft motions may still be far from their equilibrium when forces are already small.
+    """
+    neutral, inverse = NeutralMotions.of(balance, x), None
+    if not balance.holds_slides:
+        inverse = firm_inverse(balance, x, bars)
+    is_firm = inverse is not None
+    if inverse is not None:
+        tangent = Tangent(inverse, neutral, is_exact=True)
+    else:
+        made = tangent_at(balance, bars, neutral, force, FINE, matrices=(True, False))
+        tangent = made and made[0]
+    start = x
+    for _ in range(CHORDS):
+        step = tangent and tangent.step(force, FINE)
+        if tangent is None or step is None:
+            break
+        there = x + step
+        after = balance.force(balance.bars(there))
+        if not greatest(after) < greatest(force):
+            break
+        x, force = there, after
+        if not tangent.inverse.repeats:
+            break
+    stays = greatest(x - start) <= STAYS * float(np.ptp(x, axis=0).max(initial=0.0))
+    return Reached(x, is_balanced=True, is_firm=is_firm and stays)
+
+
+def allowed(balance: Balance, bars: Bars) -> float:
+    """Return the largest force at a node that counts as zero [N], for rounding above all."""
+    return PRECISE * balance.largest(bars) + balance.noise(bars)
+
+
+def greatest(force: Floats) -> float:
+    """Return the largest magnitude of some forces [N]."""
+    return float(np.sqrt((force * force).sum(axis=1).max(initial=0.0)))
+
+
+def tangent_at(
+    balance: Balance,
+    bars: Bars,
+    neutral: NeutralMotions,
+    force: Floats,
+    precision: float,
+    *,
+    matrices: tuple[bool, ...],
+) -> tuple[Tangent, Floats] | None:
+    """Return K⁻¹ at some places of the springs, and the step downhill that it gives [m].
+
+    Args:
+        neutral: Rigid motions that cost no energy.
+        precision: As of ``Tangent.step``.
+        matrices: Whether K is exact, for each that is tried.
+
+    Returns:
+        None if no matrix is positive definite.
+    """
+    for is_exact in matrices:
+        give_way()
+        stiffness = balance.matrix(bars, exact=is_exact)
+        top = float(stiffness.diagonal().max(initial=0.0))
+        shift = 0.0 if is_exact else SHIFT * top
+        try:
+            inverse = balance.inverses.of(stiffness.plus(neutral.supports(top) + shift))
+            tangent = Tangent(inverse, neutral, is_exact)
+            step = tangent.step(force, precision)
+        except RuntimeError:  # singular
+            continue
+        if step is not None:
+            return tangent, step
+    return None
+
+
+def downhill(
+    balance: Balance,
+    x: Floats,
+    bars: Bars,
+    force: Floats,
+    step: Floats,
+    *,
+    expands: bool = False,
+) -> Floats | None:
+    """Return the positions along a step at which the energy is lower [m], shape (free, 3).
+
+    Args:
+        step: Displacement of each free node [m], shape (free, 3).
+        expands: Whether the step is doubled while the energy falls on.
+
+    Returns:
+        The positions, None if the energy falls nowhere along the step.
+    """
+    spring = float(np.maximum(bars.length, balance.springs.rest).max(initial=0.0))
+    reach = max(0.5 * spring, 0.1 * float(np.ptp(x, axis=0).max()))
+    size = greatest(step)
+    part = 1.0 if size <= reach else reach / size
+    energy, _ = balance.energy(x, bars)
+    slope = float(np.vdot(force, step))
+    for _ in range(HALVINGS):
+        give_way()
+        there = x + part * step
+        after, rounding = balance.energy(there, balance.bars(there))
+        if after - energy <= -SLOPE * part * slope + rounding:
+            break
+        part *= 0.5
+    else:
+        return None
+    while expands and 2.0 * part * size <= reach:
+        further = x + 2.0 * part * step
+        energy, _ = balance.energy(further, balance.bars(further))
+        if not energy < after:
+            break
+        there, after, part = further, energy, 2.0 * part
+    return there
