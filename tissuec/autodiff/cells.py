@@ -104,14 +104,17 @@ class TracedCell:
     @cached_property
     def braking(self) -> list[Number]:
         """Return forces without those of its own energy; "pull.k" are those on strains."""
-        both = zip(gradient(self._work, self.x), gradient(self.loss, self.v), strict=True)
+        both = zip(gradient(self._work, self.x), self._lost, strict=True)
         return [a - b for a, b in both]
 
     @cached_property
     def pull(self) -> list[Number]:
         """Return the forces on nodes; the inputs "pull.k" are those on strains."""
-        both = zip(self.elastic, gradient(self.loss, self.v), strict=True)
-        return [a - b for a, b in both]
+        return [a - b for a, b in zip(self.elastic, self._lost, strict=True)]
+
+    @cached_property
+    def _lost(self) -> list[Number]:
+        return gradient(self.loss, self.v)
 
     @property
     def _work(self) -> Number:
@@ -152,16 +155,14 @@ class TracedCell:
 
     def stiffened(self, forces: str) -> list[Number]:
         """Return the changes of forces, "elastic" or "braking"; see ``pushed``."""
-        pulls = zip(self.weights("pull"), self.weights("dpull"), strict=True)
-        return self.changed(getattr(self, forces), dict(pulls))
+        return self.changed(getattr(self, forces), self._changes(self.weights("pull")))
 
     def pushed(self, numbers: Sequence[Number]) -> list[Number]:
         """Return the changes of ``pull``, also with those of some numbers.
 
         Those of forces on strains are "dpull.k".
         """
-        pulls = zip(self.weights("pull"), self.weights("dpull"), strict=True)
-        return self.changed(self.pull, dict(pulls) | self._changes(numbers))
+        return self.changed(self.pull, self._changes([*self.weights("pull"), *numbers]))
 
     def pulled(self, numbers: Sequence[Number]) -> list[Number]:
         """Return derivatives of Σ w·pull, of "by_q.k" q, and of "by_rate.k" dq/dt.

@@ -133,7 +133,7 @@ class TracedPool:
 
     @cached_property
     def rows(self) -> list[Number]:
-        """Return what is stored of an item: whether it acts, parts, bends, and ∂q/∂x."""
+        """Return the stored numbers of an item: its activity, parts, bends, and ∂q/∂x."""
         shares = self.shares
         first = [
             each for each in (shares.acts, *shares.summed, shares.bends) if each is not None

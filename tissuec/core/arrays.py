@@ -109,6 +109,28 @@ def evenly(count: int, most: int) -> NDArray[np.int64]:
 Floats = NDArray[np.float64]
 
 
+def irregular(count: int) -> Floats:
+    """Return irregular but fixed numbers, dimensionless, shape (count,).
+
+    As a vector, they have a part along every motion of a net, and runs repeat exactly.
+    """
+    return np.sin(1.0 + np.arange(count, dtype=float) ** 2)
+
+
+def rigid_motions(position: Floats) -> Floats:
+    """Return the velocities of points by unit twists about the origin, shape (point, 3, 6).
+
+    Translations come before rotations.
+
+    Args:
+        position: Of the points, shape (point, 3).
+    """
+    found = np.zeros((len(position), 3, 6))
+    found[:, :, :3] = np.eye(3)
+    found[:, :, 3:] = np.cross(np.eye(3), position[:, None, :]).transpose(0, 2, 1)
+    return found
+
+
 def cross(one: Floats, other: Floats) -> Floats:
     """Return the products one × other, in any units, shape (…, 3), twice as fast as NumPy."""
     shape = np.broadcast_shapes(one.shape, other.shape)

@@ -11,6 +11,7 @@ from math import inf, sqrt
 import numpy as np
 from msgspec import Struct
 
+from tissuec.core.arrays import irregular
 from tissuec.engine.integrators.verlet import VelocityVerlet
 from tissuec.forces.effects import Resisting
 from tissuec.mechanics.observables import lengths
@@ -153,8 +154,7 @@ def _largest(parts: Sequence[Resisting], root: Floats) -> float:
         root: 1/√mass, zero for held nodes, shape (node, 1).
     """
     count = len(root)
-    # Irregular but fixed, so that no mode is orthogonal to it and runs repeat exactly.
-    z = np.sin(1.0 + np.arange(3 * count, dtype=float) ** 2).reshape(count, 3)
+    z = irregular(3 * count).reshape(count, 3)
     z *= root > 0.0
     last, size, value = np.zeros_like(z), sqrt(_inner(z, z)), 0.0
     diagonal: list[float] = []

@@ -1,9 +1,9 @@
 """The predicted time of equilibria, counted from array sizes so that it is reproducible.
 
 Newton's method makes a matrix in each of its steps and solves with it, which takes nearly all
-of the time. How many steps an equilibrium takes was measured: ``NEAR`` where a run goes on from
-the one before, and ``FIRST`` where ``settle`` comes from further away in a firm block. A body
-that bends far takes up to ``MOST`` times as many, by its slenderness (``_slenderness``).
+of the time. The number of steps of an equilibrium was measured: ``NEAR`` where a run continues
+from the one before, and ``FIRST`` where ``settle`` comes from further away in a firm block. A
+body that bends far takes up to ``MOST`` times as many, by its slenderness (``_slenderness``).
 Friction took 24 times the time, and a net of springs that folds freely 36 times. Constants are
 processor time on one core.
 """
@@ -164,7 +164,7 @@ def _acting_ends(state: State) -> Indices:
 
 
 def _solving(state: State) -> Solving:
-    """Return what it takes to solve with K."""
+    """Return the cost of solving with K."""
     from tissuec.mechanics.dissection import dissected
     from tissuec.mechanics.inverses import is_iterated
 

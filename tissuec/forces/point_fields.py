@@ -23,6 +23,7 @@ from tissuec.compiled.loops.point_frame import PointTable
 from tissuec.compiled.loops.point_matrices import matrix_loop
 from tissuec.compiled.loops.points import force_loop, mean_loop, record_loop
 from tissuec.compiled.loops.tables import recorded, room_for
+from tissuec.core.arrays import irregular
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField, young_of
@@ -281,7 +282,7 @@ class PointField(ElementField, frozen=True, dict=True):
         flat = [np.asarray(each, dtype=float).reshape(count, -1) for each in columns]
         found: Floats = np.concatenate(flat, axis=1)
         # By a sum of irregular parts; others that have the same one are none that are alike.
-        mixed = (found * np.sin(1.0 + np.arange(len(found.T)) ** 2)).sum(axis=1)
+        mixed = (found * irregular(len(found.T))).sum(axis=1)
         first, kinds = np.unique(mixed, return_index=True, return_inverse=True)[1:]
         if (found != found[first[kinds]]).any():
             return super().alike(position)
@@ -291,7 +292,7 @@ class PointField(ElementField, frozen=True, dict=True):
     def _matrix_table(
         self, number: bytes, size: int
     ) -> tuple[BlockPattern, GeneratedKernel, PointTable]:
-        """Return what the matrix of elements at free nodes is made with, at any position."""
+        """Return pattern, kernel and table of the matrix of elements at free nodes."""
         numbers = np.frombuffer(number, np.int64)[self.nodes]
         own = self.only(np.flatnonzero((numbers >= 0).any(axis=1)))
         kind, points = self._stiffened

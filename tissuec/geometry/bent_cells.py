@@ -14,27 +14,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.geometry.elements import SHAPES
+from tissuec.autodiff.points import PLACES
+from tissuec.geometry.elements import CUBE, SHAPES
 from tissuec.model.network import Floats
 
-#: Natural coordinates of the nodes, and modes there.
-SIDES = np.array(
-    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1],
-     [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float,
-)  # fmt: skip
+#: Modes at the nodes.
 MODES = np.stack(
-    [SIDES[:, 1] * SIDES[:, 2], SIDES[:, 2] * SIDES[:, 0], SIDES[:, 0] * SIDES[:, 1],
-     SIDES.prod(axis=1)]
+    [CUBE[:, 1] * CUBE[:, 2], CUBE[:, 2] * CUBE[:, 0], CUBE[:, 0] * CUBE[:, 1],
+     CUBE.prod(axis=1)]
 )  # fmt: skip
 #: Natural coordinates of the points, of which each stands for an eighth of the volume.
-POINTS = SIDES / np.sqrt(3.0)
+POINTS = CUBE / np.sqrt(3.0)
 #: The two directions of the plane across each.
 ACROSS = ((1, 2), (2, 0), (0, 1))
 #: Part of a twist about one direction that those about the others take over: a single cell and
 #: two side by side are then too stiff in torsion by equal parts.
 COUPLING = 0.25
-#: Rows and columns of the numbers of a symmetric tensor.
-_PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+#: The numbers of boxes: 1/|A_k|, and two of the others.
+BOX_WIDTHS = {"inverse_length": 3, "twist": 9, "volume": 1}
+_STRAIGHT = 1e-13  # of the edges: rounding
+#: How many numbers of a cell each attribute has.
+WIDTHS = {
+    "mean": 24, "modes": 12, "edges": 9, "inverse_square": 3, "bend": 54, "trace": 9,
+    "lateral": 18, "twist": 9, "skew": 6, "slope": 3, "volume": 1, "steep": 1,
+}  # fmt: skip
 
 
 class BentCells(NamedTuple):
@@ -44,7 +47,7 @@ class BentCells(NamedTuple):
         mean: b [1/m], shape (cell, node, 3).
         modes: Σ h X / 8 of all modes [m], shape (cell, 4, 3).
         edges: A_k [m], shape (cell, 3, 3), by component and k.
-        length: 1/|A_k|² [1/m²], shape (cell, 3).
+        inverse_square: 1/|A_k|² [1/m²], shape (cell, 3).
         bend: Tensors without trace of the three curvatures of each plane, for relative ones
             [1/m²], flat, shape (cell, plane, curvature, 6).
         trace: Their traces before that was taken away [1/m²], shape (cell, plane, curvature).
@@ -59,7 +62,7 @@ class BentCells(NamedTuple):
     mean: Floats
     modes: Floats
     edges: Floats
-    length: Floats
+    inverse_square: Floats
     bend: Floats
     trace: Floats
     lateral: Floats
@@ -82,7 +85,8 @@ class BentCells(NamedTuple):
         volume = size.sum(axis=1)
         inverse = np.linalg.inv(sides)
         steep = np.einsum("qak,eqkx,eq->eax", shape.gradients, inverse, size)
-        edges = np.einsum("ak,eax->exk", SIDES, corners) / 8.0
+        edges = np.einsum("ak,eax->exk", CUBE, corners) / 8.0
+        modes = np.einsum("ha,eax->ehx", MODES, corners) / 8.0
         dual = np.asarray(np.linalg.inv(edges), dtype=float)  # rows
         square = (edges**2).sum(axis=1)
         bend, trace = np.empty((count, 3, 3, 6)), np.empty((count, 3, 3))
@@ -99,16 +103,16 @@ class BentCells(NamedTuple):
                 whole = outer if c < 2 else outer + outer.swapaxes(1, 2)
                 trace[:, k, c] = np.trace(whole, axis1=1, axis2=2)
                 part = whole - trace[:, k, c, None, None] / 3.0 * np.eye(3)
-                bend[:, k, c] = np.stack([part[:, m, n] for m, n in _PLACES], axis=1)
+                bend[:, k, c] = _half(part)
             out = np.eye(3) / 3.0 - np.einsum("ex,ey->exy", normal, normal)
-            lateral[:, k] = np.stack([out[:, m, n] for m, n in _PLACES], axis=1)
+            lateral[:, k] = _half(out)
             over = (dual[:, k] ** 2).sum(axis=1)
             for n, m in enumerate((i, j)):
                 skew[:, k, n] = np.einsum("ex,ex->e", dual[:, m], dual[:, k]) / over
         return cls(
             steep / volume[:, None, None],
-            np.einsum("ha,eax->ehx", MODES, corners) / 8.0, edges, 1.0 / square,
-            bend, trace, lateral, _twists(square), skew, slopes(corners), volume,
+            modes, edges, 1.0 / square,
+            bend, trace, lateral, _twists(square), skew, _slopes(edges, modes), volume,
             (dual**2).sum(axis=(1, 2)),
         )  # fmt: skip
 
@@ -121,8 +125,8 @@ class BentCells(NamedTuple):
     @property
     def are_boxes(self) -> bool:
         """Return whether all have edges along the axes, so that ``BOX_WIDTHS`` are enough."""
-        upright = np.einsum("exk,ek->exk", self.edges, np.sqrt(self.length)) - np.eye(3)
-        bent = np.einsum("ehx,ek->ehxk", self.modes, np.sqrt(self.length))
+        upright = np.einsum("exk,ek->exk", self.edges, np.sqrt(self.inverse_square)) - np.eye(3)
+        bent = np.einsum("ehx,ek->ehxk", self.modes, np.sqrt(self.inverse_square))
         ends = (np.abs(each).max(initial=0.0) for each in (upright, bent))
         return max(ends) <= _STRAIGHT
 
@@ -130,20 +134,8 @@ class BentCells(NamedTuple):
     def boxes(self) -> Floats:
         """Return the numbers of ``BOX_WIDTHS`` in SI units, shape (cell, number)."""
         count = len(self.volume)
-        parts = np.sqrt(self.length), self.twist.reshape(count, -1), self.volume[:, None]
-        return np.concatenate(parts, axis=1)
-
-
-#: The numbers of boxes: 1/|A_k|, and two of the others.
-BOX_WIDTHS = {"over": 3, "twist": 9, "volume": 1}
-_STRAIGHT = 1e-13  # of the edges: rounding
-
-
-#: How many numbers of a cell each attribute has.
-WIDTHS = {
-    "mean": 24, "modes": 12, "edges": 9, "length": 3, "bend": 54, "trace": 9, "lateral": 18,
-    "twist": 9, "skew": 6, "slope": 3, "volume": 1, "steep": 1,
-}  # fmt: skip
+        parts = np.sqrt(self.inverse_square), self.twist, self.volume
+        return np.concatenate([each.reshape(count, -1) for each in parts], axis=1)
 
 
 def _twists(square: Floats) -> Floats:
@@ -162,18 +154,21 @@ def _twists(square: Floats) -> Floats:
     return root * unit[:, :, None] / unit[:, None, :]
 
 
-def slopes(corners: Floats) -> Floats:
+def _half(tensors: Floats) -> Floats:
+    """Return the numbers of symmetric tensors in any unit, shape (cell, 6)."""
+    return np.stack([tensors[:, m, n] for m, n in PLACES[3]], axis=1)
+
+
+def _slopes(edges: Floats, modes: Floats) -> Floats:
     """Return the slopes of det ∂X/∂ξ at the centre [m³], shape (cell, 3).
 
     Args:
-        corners: Positions of the nodes [m], shape (cell, node, 3).
+        edges, modes: As of ``BentCells``.
     """
-    edges = np.einsum("ak,eax->ekx", SIDES, corners) / 8.0
-    modes = np.einsum("ha,eax->ehx", MODES, corners) / 8.0
-    found = np.empty((len(corners), 3))
+    sides, found = edges.swapaxes(1, 2), np.empty((len(edges), 3))
     for k, (i, j) in enumerate(ACROSS):
         # Edge m changes along ξ_k by the mode of the two.
-        one = np.cross(edges[:, j], edges[:, k])
-        other = np.cross(edges[:, k], edges[:, i])
+        one = np.cross(sides[:, j], sides[:, k])
+        other = np.cross(sides[:, k], sides[:, i])
         found[:, k] = (modes[:, j] * one + modes[:, i] * other).sum(axis=1)
     return found

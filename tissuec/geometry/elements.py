@@ -107,12 +107,15 @@ class Measures(Struct, frozen=True, eq=False):
         return cls(np.ascontiguousarray(gradients), volume)
 
 
+#: Natural coordinates of the nodes of a hexahedron.
+CUBE = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1],
+     [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float,
+)  # fmt: skip
+
+
 def _hexahedron() -> ElementShape:
-    sides = np.array(
-        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1],
-         [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float,
-    )  # fmt: skip
-    points = sides / np.sqrt(3.0)
+    sides, points = CUBE, CUBE / np.sqrt(3.0)
     factors = 0.5 * (1.0 + sides * points[:, None, :])
     gradients = np.stack(
         [0.5 * sides[:, k] * np.prod(np.delete(factors, k, axis=2), axis=2) for k in range(3)],

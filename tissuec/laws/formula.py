@@ -87,7 +87,9 @@ class Formula(Struct, frozen=True):
         return _multiply(Constant(-1.0), self)
 
 
-class Constant(Formula, frozen=True):
+class _Fixed(Formula, frozen=True):
+    """A number."""
+
     value: float
 
     def from_parts(self, values: Values, of: PartValues) -> Any:
@@ -100,22 +102,15 @@ class Constant(Formula, frozen=True):
         return f"({self.value!r})"
 
 
-class Given(Formula, frozen=True):
+class Constant(_Fixed, frozen=True):
+    """A number that operations are computed with at once."""
+
+
+class Given(_Fixed, frozen=True):
     """A number of a law that learning may change, which no operation is computed with at once.
 
     So a formula has it in the same places whatever its value is.
     """
-
-    value: float
-
-    def from_parts(self, values: Values, of: PartValues) -> Any:
-        return self.value
-
-    def slope(self, name: str) -> Formula:
-        return ZERO
-
-    def code(self) -> str:
-        return f"({self.value!r})"
 
 
 class Variable(Formula, frozen=True):

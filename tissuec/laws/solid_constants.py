@@ -87,7 +87,7 @@ def _are_same(law: SolidLaw, other: SolidLaw) -> bool:
 
 
 def _inner(part: Any) -> dict[Any, Any]:
-    """Return what a law, a formula or a tuple is made of, by its place there."""
+    """Return the parts of a law, a formula or a tuple, by their places there."""
     if isinstance(part, tuple):
         return dict(enumerate(cast(tuple[Any, ...], part)))
     if not isinstance(part, Struct):

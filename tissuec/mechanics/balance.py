@@ -328,7 +328,7 @@ class Balance:
 
     @cached_property
     def inverses(self) -> "Inverses":
-        """Return what makes inverses of K."""
+        """Return the maker of inverses of K, which is kept."""
         from tissuec.mechanics.inverses import Inverses
 
         return Inverses(self._start, self._elimination)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissuec.core.arrays import irregular
 from tissuec.core.signals import give_way
 from tissuec.mechanics.dissection import EliminationOrder
 from tissuec.mechanics.multigrid import Multigrid, by_rows
@@ -64,7 +65,7 @@ class Iterations:
     @property
     def is_definite(self) -> bool:
         """Return whether K is positive definite, by solving for all motions at once."""
-        generic = np.sin(1.0 + np.arange(self._rows.shape[0], dtype=float) ** 2)
+        generic = irregular(self._rows.shape[0])
         try:
             return self.downhill(generic, GENERIC) is not None
         except RuntimeError:  # of the factor: singular

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix, diags_array
 
+from tissuec.core.arrays import irregular, rigid_motions
 from tissuec.core.signals import give_way
 from tissuec.model.network import Floats, Indices
 
@@ -123,14 +124,6 @@ def by_nodes(matrix: csc_matrix) -> bsr_matrix:
 def by_rows(matrix: csc_matrix) -> csr_matrix:
     """Return a symmetric matrix by rows, with the same arrays."""
     return csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
-
-
-def rigid_motions(position: Floats) -> Floats:
-    """Return the velocities of points by unit twists about the origin, shape (node, 3, 6)."""
-    found = np.zeros((len(position), 3, 6))
-    found[:, :, :3] = np.eye(3)
-    found[:, :, 3:] = np.cross(np.eye(3), position[:, None, :]).transpose(0, 2, 1)
-    return found
 
 
 def _coarsened(
@@ -252,7 +245,7 @@ def _scaled_rows(matrix: bsr_matrix, inverse: Floats) -> bsr_matrix:
 def _largest(matrix: bsr_matrix, inverse: Floats) -> float:
     """Return a bound of the eigenvalues of a matrix scaled by its diagonal blocks."""
     nodes, width, _ = inverse.shape
-    vector = np.sin(1.0 + np.arange(nodes * width, dtype=float) ** 2)
+    vector = irregular(nodes * width)
     value = 1.0
     for _ in range(ROUNDS):
         vector /= np.linalg.norm(vector)

@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
+from tissuec.core.arrays import irregular
 from tissuec.core.signals import give_way
 from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
@@ -81,7 +82,7 @@ def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
     if neutral.count >= size:
         return None
     below = -balance.weakening(bars) - 1e-3 * top
-    start = np.sin(1.0 + np.arange(3.0 * len(balance.free)) ** 2)
+    start = irregular(3 * len(balance.free))
 
     def project(vector: Floats) -> Floats:
         return neutral.without(vector.reshape(-1, 3)).ravel()

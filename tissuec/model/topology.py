@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import counted_up
+from tissuec.core.arrays import counted_up, rigid_motions
 
 LARGEST_CHECK = 1200
 """Unknowns up to which floppy modes are counted: a dense eigenvalue problem below a second."""
@@ -233,9 +233,7 @@ def _rigid_motions(
     rank = int(np.count_nonzero(spread > SAME_DIRECTION * spread[0]))
     # In units of the piece's own size, so that turns and shifts weigh alike.
     local = every @ axes.T / max(spread[0] / np.sqrt(len(every)), np.finfo(float).tiny)
-    motions = np.zeros((len(every), 3, 6))
-    motions[:, :, :3] = np.eye(3)
-    motions[:, :, 3:] = np.cross(np.eye(3), local[:, None, :]).transpose(0, 2, 1)
+    motions = rigid_motions(local)
     at_held = np.vstack((motions[len(free) :].reshape(-1, 6), np.zeros((6, 6))))
     _, sizes, modes = np.linalg.svd(at_held, full_matrices=False)
     stays = sizes <= SAME_DIRECTION * sizes[0]

@@ -26,6 +26,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_matrix, diags_array, eye_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
+from tissuec.core.arrays import irregular
 from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.dissection import EliminationOrder
@@ -114,7 +115,7 @@ class Shifted:
         self._schur = np.eye(operator.wide.shape[1]) + operator.wide.T @ self._spread
         signs = self._factor.U.diagonal(), np.linalg.eigvalsh(self._schur)
         self.below = int((signs[0] < 0.0).sum() - (signs[1] < 0.0).sum())
-        probe = np.sin(1.0 + np.arange(size, dtype=float) ** 2)
+        probe = irregular(size)
         left = self._left(probe, self._solved(probe))
         lost = float(np.linalg.norm(left) / max(np.linalg.norm(probe), 1e-300))
         if not lost <= TRUSTED:

@@ -14,7 +14,7 @@ from tissuec.compiled.loops.tables import LANES
 
 
 def point_loop(point: TracedPoint, nodes: int, points: int) -> PointLoop:
-    """Return what writes a loop over elements.
+    """Return a writer of one loop over elements.
 
     Args:
         point: Of the elements.

@@ -8,7 +8,7 @@ from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.loops.cells import CellLoop
 from tissuec.compiled.loops.frame import LoopText, transposed
 from tissuec.compiled.loops.point_frame import PointLoop, PointTable, parted
-from tissuec.compiled.loops.tables import LANES
+from tissuec.compiled.loops.tables import LANES, filled_count
 
 
 def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
@@ -21,7 +21,7 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
         return _cell_matrix_loop(name, point, nodes, points)
     loop = PointLoop(point, nodes, points)
     code, width, rows = loop.code, point.directions, _rows(nodes)
-    size = _filled_rows(len(rows))
+    size = filled_count(len(rows))
     outputs = [*point.moduli, *(point.pooling if point.is_pooled else ())]
     loop.begin([*outputs, point.bend_of_mean])
     halves, swell = loop.room_of(size), loop.room_of(3 * nodes)
@@ -231,7 +231,7 @@ def _turned(code: Writer, own: str, rows: Sequence[int]) -> str:
 
 
 def _cell_loop(point: TracedPoint, nodes: int, points: int) -> CellLoop:
-    """Return what writes a loop over cells."""
+    """Return a writer of one loop over cells."""
     assert point.cell is not None
     return CellLoop(point, point.cell, nodes, points)
 
@@ -243,11 +243,6 @@ def _rows(nodes: int) -> dict[tuple[int, int, int, int], int]:
         for i in range(3) for j in range(3)
     )  # fmt: skip
     return {entry: row for row, entry in enumerate(entries)}
-
-
-def _filled_rows(count: int) -> int:
-    """Return a number of rows that fills squares of lanes."""
-    return -(-count // LANES) * LANES
 
 
 def _of_half(values: Sequence[str], row: int, column: int) -> str:

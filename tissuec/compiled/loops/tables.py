@@ -81,7 +81,7 @@ class PoolTable(NamedTuple):
 
     def in_parts(self, parts: int) -> "list[list[PoolTable]]":
         """Return tables that store the rows of some items each, and one that adds them up."""
-        blocks = _filled(self.items.size) // LANES
+        blocks = filled_count(self.items.size) // LANES
         cuts = np.linspace(0, blocks, parts + 1).astype(int)
         storing: list[PoolTable] = [
             self._replace(
@@ -96,11 +96,11 @@ class PoolTable(NamedTuple):
 
 def filled(count: int) -> Indices:
     """Return the numbers of items, and the last one as often as fills a block, shape (n,)."""
-    return np.minimum(np.arange(_filled(count)), count - 1)
+    return np.minimum(np.arange(filled_count(count)), count - 1)
 
 
-def _filled(count: int) -> int:
-    """Return the number of items that fill blocks."""
+def filled_count(count: int) -> int:
+    """Return the least multiple of ``LANES`` that is not below a number."""
     return -(-count // LANES) * LANES
 
 
@@ -131,7 +131,7 @@ def room_for(outputs: int | tuple[int, int], count: int) -> Floats:
         Zeros of the shape (block, *outputs, lane).
     """
     each = outputs if isinstance(outputs, tuple) else (outputs,)
-    return np.zeros((_filled(count) // LANES, *each, LANES))
+    return np.zeros((filled_count(count) // LANES, *each, LANES))
 
 
 def recorded(room: Floats, count: int) -> Floats:
@@ -139,4 +139,4 @@ def recorded(room: Floats, count: int) -> Floats:
 
     The shape is (item, output), or (item, point, output).
     """
-    return np.moveaxis(room, -1, 1).reshape(_filled(count), *room.shape[1:-1])[:count]
+    return np.moveaxis(room, -1, 1).reshape(filled_count(count), *room.shape[1:-1])[:count]

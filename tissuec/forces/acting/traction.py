@@ -18,7 +18,7 @@ from tissuec.model.network import Floats, Indices, Network
 
 
 def area_shares(network: Network, nodes: Indices) -> Floats | None:
-    """Return what part of a force each node of a set gets if it is even over the set's faces.
+    """Return the part of each node of a set in a force that is even over the set's faces.
 
     The faces are those of elements and walls all of whose corners are in the set, as drawn, not
     as deformed.

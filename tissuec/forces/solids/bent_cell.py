@@ -46,7 +46,8 @@ from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor, Vector
 from tissuec.autodiff.cells import CellState
 from tissuec.autodiff.points import PLACES
-from tissuec.geometry.bent_cells import ACROSS, MODES, SIDES
+from tissuec.geometry.bent_cells import ACROSS, MODES
+from tissuec.geometry.elements import CUBE
 
 LEAST_SQUARE = 0.16  # of |e_k|/|A_k|, so that flat cells have finite curvatures
 GUARD = 0.2  # ratio of volumes below which modes resist
@@ -126,10 +127,10 @@ class _Modes:
     """
 
     def __init__(self, x: Sequence[Vector], c: Numbers):
-        self.r = [_summed(x, SIDES[:, k].tolist()) for k in range(3)]
+        self.r = [_summed(x, CUBE[:, k].tolist()) for k in range(3)]
         self.q = [_summed(x, mode) for mode in MODES.tolist()]
-        if "over" in vars(c):  # a box, whose edges are along the axes
-            over: Sequence[Number] = c.over
+        if "inverse_length" in vars(c):  # a box, whose edges are along the axes
+            over: Sequence[Number] = c.inverse_length
             self.mean = Tensor([self.r[k][m] * over[k] for k in range(3)] for m in range(3))
             self.e, self.g = self.r, self.q
             return
@@ -188,7 +189,7 @@ def boxed(c: Numbers) -> Numbers:
     """
     graph = c.volume.graph
     none, third = graph.number(0.0), graph.number(1.0 / 3.0)
-    over: Sequence[Number] = c.over
+    over: Sequence[Number] = c.inverse_length
     bend, trace, lateral = list[Number](), list[Number](), list[Number]()
     for k, (i, j) in enumerate(ACROSS):
         for m in (i, j):
@@ -197,13 +198,14 @@ def boxed(c: Numbers) -> Numbers:
                 square * ((1.0 if n == m else 0.0) - third) if n < 3 else none for n in range(6)
             ]
             trace.append(square)
-        mixed = {(1, 2): 3, (0, 2): 4, (0, 1): 5}[min(i, j), max(i, j)]
-        bend += [over[i] * over[j] if n == mixed else none for n in range(6)]
+        # The number of i and j in ``PLACES`` is 3 + k.
+        bend += [over[i] * over[j] if n == 3 + k else none for n in range(6)]
         trace.append(none)
         lateral += [third - (1.0 if n == k else 0.0) if n < 3 else none for n in range(6)]
     squares = [each * each for each in over]
     return Numbers({
-        "over": c.over, "length": Vector(squares), "bend": Vector(bend), "trace": Vector(trace),
+        "inverse_length": c.inverse_length, "inverse_square": Vector(squares),
+        "bend": Vector(bend), "trace": Vector(trace),
         "lateral": Vector(lateral), "twist": c.twist, "skew": Vector([none] * 6),
         "slope": Vector([none] * 3), "volume": c.volume,
         "steep": squares[0] + squares[1] + squares[2],
@@ -225,7 +227,7 @@ def strained(
     x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers,
     of_volume: Callable[[Number, Numbers], Number], *, is_viscous: bool,
 ) -> CellState:  # fmt: skip
-    """Return what a cell gives its points, and stores by itself, per volume.
+    """Return the strains of a cell, and the energy that it stores beside its points.
 
     Args:
         x, v: Of its nodes.
@@ -237,7 +239,7 @@ def strained(
     modes = _Modes(x, c)
     lateral, slow, young = bending_moduli(p)
     squares = [
-        autodiff.maximum(autodiff.dot(e, e) * c.length[k], LEAST_SQUARE)
+        autodiff.maximum(autodiff.dot(e, e) * c.inverse_square[k], LEAST_SQUARE)
         for k, e in enumerate(modes.e)
     ]
     kappa = modes.curvatures(squares)
@@ -248,7 +250,7 @@ def strained(
     volumetric = of_volume(ratio, p)
     stored = slow / 6.0 * both + volumetric
     last = [autodiff.dot(e, modes.g[3]) for e in modes.e]
-    weights = [c.length[k] * c.length[k] / squares[k] for k in range(3)]
+    weights = [c.inverse_square[k] * c.inverse_square[k] / squares[k] for k in range(3)]
     stored = stored + young / 18.0 * autodiff.dot([a * a for a in last], weights)
     j = autodiff.determinant(modes.mean)
     least = autodiff.minimum(j, ratio - autodiff.sqrt(both + _TINY))

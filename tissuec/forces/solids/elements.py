@@ -185,7 +185,7 @@ class SolidElements(PointField, frozen=True):
     def _stretched(
         prestretch: Prestretch, drawn: Measures, row: Indices
     ) -> tuple[Measures, Indices]:
-        """Return what elements are as drawn, whose gradients are by places without stress."""
+        """Return the measures of elements, with gradients by places without stress."""
         return prestretch.measures(drawn, row)
 
     @classmethod

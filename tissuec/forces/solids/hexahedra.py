@@ -143,7 +143,7 @@ class Hexahedra(SolidElements, frozen=True):
         position: Floats,
         velocity: Floats | None = None,
     ) -> Floats:
-        """Return what a kernel records for each component of the nodes, flat."""
+        """Return the numbers that a kernel records for each component of the nodes, flat."""
         room = room_for(24 * rows, self.item_count)
         table = self._table(self._present, self.nodes, self._slots)
         self._run(kernel, position, room, table, velocity)
