@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from tests.validate.scenes import compiled_scene
+from tissuec.compiler.checks import check_all
 from tissuec.core.errors import CompileError
+from tissuec.geometry.elements import SHAPES
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State
@@ -85,6 +87,7 @@ environment {{
 simulate {{ duration = 1 ms }}
 """
 FINE = "fine cell = 1 mm; fine box from (3, 3, 19) mm to (5, 5, 20) mm"
+LAYER = "fine cell = (4, 4, 0.05) mm; fine box from (0, 0, 19.9) mm to (20, 20, 20) mm"
 
 
 def state_of(cell=4, fine=FINE, ratio=0.45):
@@ -97,9 +100,10 @@ def test_the_mass_is_that_of_the_box():
     assert state_of().mass.sum() == pytest.approx(8e-3, rel=1e-12)
 
 
-def test_a_uniform_strain_is_in_equilibrium():
+@pytest.mark.parametrize("fine", [FINE, LAYER])
+def test_a_uniform_strain_is_in_equilibrium(fine):
     """The patch test, with all nodes of the surface displaced."""
-    state = state_of(ratio=0.49)
+    state = state_of(fine=fine, ratio=0.49)
     drawn = state.network.position
     turn = np.array([[1.1, 0.0, 0.0], [0.0, 0.9, 0.0], [0.0, 0.0, 1.05]])
     outside = ((drawn < 1e-9) | (drawn > 20e-3 - 1e-9)).any(axis=1)
@@ -132,6 +136,86 @@ def test_fine_cells_at_the_edge_of_a_punch_pay():
     assert errors[0] > 0.15 and errors[1] > 0.07 and 0.0 < errors[2] < 0.06
 
 
+def lines_of(position):
+    """Return where planes of nodes are along each axis [m]."""
+    return [np.unique(position[:, axis]) for axis in range(3)]
+
+
+def test_cells_differ_by_direction():
+    box = np.zeros(3), np.array([20.0, 15.0, 20.0]) * MM
+    mesh = Lattice("sodium chloride", np.array([4.0, 5.0, 1.0]) * MM, box).build_elements()
+    counts = [len(line) - 1 for line in lines_of(mesh.position)]
+    assert counts == [5, 3, 20]
+    (hexahedra,) = mesh.elements
+    corners = mesh.position[hexahedra.nodes]
+    edges = np.ptp(corners, axis=1)
+    np.testing.assert_allclose(edges, np.broadcast_to([4e-3, 5e-3, 1e-3], edges.shape))
+    volumes = SHAPES["hexahedron"].volumes(corners)
+    np.testing.assert_allclose(volumes, 20e-9, rtol=1e-12)
+
+
+def test_a_layer_has_thin_cells_that_grow_away_from_it():
+    state = state_of(fine=LAYER)
+    across, other, along = lines_of(state.network.position)
+    assert len(across) == len(other) == 6
+    steps = np.diff(along)
+    assert along[0] == 0.0 and steps.sum() == pytest.approx(20e-3, rel=1e-12)
+    assert along[-1] == 20e-3 and along[-3] == pytest.approx(19.9e-3, rel=1e-12)
+    np.testing.assert_allclose(steps[-2:], 0.05e-3, rtol=1e-9)
+    ratios = steps[:-1] / steps[1:]
+    assert ratios.min() > 1.0 - 1e-9 and ratios.max() < 1.6 and steps.max() < 4.0001e-3
+    assert state.mass.sum() == pytest.approx(8e-3, rel=1e-12)
+
+
+def test_a_graded_layer_bends_as_a_beam():
+    """A bar of one tissue whose ends turn: cells of any thickness have the same curvature.
+
+    With both ends bent about an arc, each cross section turns in proportion to x, which
+    hexahedra represent; the moment is that of the theory of beams at ν = 0.
+    """
+    text = SCENE.format(cell=4, fine=LAYER, ratio=0.0, made="elements").split("environment")[0]
+    compiled = compiled_scene(text + "environment { gravity = (0, 0, 0) m/s^2 }\n"
+                              "simulate { duration = 1 ms }")  # fmt: skip
+    state = State.start(compiled.network, gravity=np.zeros(3), drag=0.0)
+    x, turn = state.network.position, 1e-4
+    ends = np.flatnonzero((x[:, 0] < 1e-9) | (x[:, 0] > 20e-3 - 1e-9))
+    state.holders["ends"] = ends
+    lever, along = x[:, 2] - 10e-3, x[:, 0] - 10e-3
+    bent = np.stack([-turn * along * lever / 10e-3, 0 * lever,
+                     0.5 * turn * along**2 / 10e-3], axis=1)  # fmt: skip
+    state.position[ends] += bent[ends]
+    settle(state, np.ones(len(x), dtype=bool))
+    # E I κ²/2 L with κ = turn/10 mm.
+    energy = sum(each.energy(0.0, state.position) for each in state.network.elements)
+    beam = 10e3 * (20e-3) ** 4 / 12.0 * (turn / 10e-3) ** 2 / 2.0 * 20e-3
+    assert energy == pytest.approx(beam, rel=1e-3)
+
+
+def test_the_size_is_foretold():
+    found = Lattice(
+        "sodium chloride", 4 * MM, (np.zeros(3), np.full(3, 20 * MM)),
+        fine_cell=np.array([4.0, 4.0, 0.05]) * MM,
+        fine_box=(np.array([0.0, 0.0, 19.9]) * MM, np.full(3, 20 * MM)),
+    )  # fmt: skip
+    mesh = found.build_elements()
+    assert (len(mesh.position), len(mesh.ends)) <= found.element_size()
+    assert len(mesh.position) == found.element_size()[0]
+
+
+@pytest.mark.parametrize(("thin", "is_reported"), [("0.05", False), ("0.04", False),
+                                                   ("0.02", True)])  # fmt: skip
+def test_cells_that_are_far_longer_than_thick_are_reported(thin, is_reported):
+    fine = LAYER.replace("0.05", thin).replace("19.9", "19.96")
+    compiled = compiled_scene(SCENE.format(cell=4, fine=fine, ratio=0.3, made="elements"))
+    found = [each for each in check_all(compiled, thorough=False) if each.code == "W216"]
+    assert len(found) == is_reported
+    for each in found:
+        # Two layers of 20 um, and the next one of 30 um.
+        assert each.message == (
+            "75 cells of block are up to 200 times as long as thick (4 mm and 20 um)"
+        )
+
+
 @pytest.mark.parametrize(
     ("fine", "made", "said"),
     [
@@ -141,10 +225,34 @@ def test_fine_cells_at_the_edge_of_a_punch_pay():
          '"fine box" is outside of the "box"'),
         (FINE + "; kind is sodium chloride; reach is second neighbours", "springs",
          '"fine cell" is for bodies made of elements'),
+        (FINE.replace("= 1 mm", "= (1, 5, 1) mm"), "elements",
+         '"fine cell" must not be larger than "cell" along y'),
+        (LAYER.replace("0.05", "1e-9"), "elements",
+         '"fine cell" is too small for the "fine box": it gives too many cells'),
+        (LAYER.replace("0.05", "0"), "elements", "fine cell cannot be 0 m along z"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_finer_is_refused(fine, made, said):
     text = SCENE.format(cell=4, fine=fine, ratio=0.3, made=made)
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(text)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("cell", "made", "said"),
+    [
+        ("(4, 4, 3)", "elements", '"box" is 20 mm long in z, which is not a whole number of '
+         'cells ("cell" = 3 mm); 18 mm or 21 mm would fit'),
+        ("(4, 4, 2)", "springs",
+         'a "cell" that differs by direction is for bodies made of elements'),
+        ("(4, 4)", "elements", "a vector has three components"),
+        ("(4, 4, -1)", "elements", "cell cannot be -1 mm along z"),
+    ],
+)  # fmt: skip
+def test_what_cannot_differ_by_direction_is_refused(cell, made, said):
+    more = "" if made == "elements" else "kind is sodium chloride; reach is second neighbours"
+    text = SCENE.format(cell=cell, fine=more, ratio=0.3, made=made)
     with pytest.raises(CompileError) as caught:
         compiled_scene(text)
     assert said in str(caught.value)

@@ -119,7 +119,7 @@ def _width(drawing: Drawing) -> float | None:
     if isinstance(mesh, Lattice):
         crystal = CRYSTALS[mesh.kind]
         is_crystal = len(crystal.sites) * crystal.period > 1
-        return scale * mesh.cell * crystal.period if is_crystal else None
+        return scale * float(mesh.edges.max()) * crystal.period if is_crystal else None
     if isinstance(mesh, Imported) and mesh.cell is not None:
         return 2.0 * scale * mesh.cell
     return 2.0 * float(drawing.length[: drawing.own].mean())

@@ -24,6 +24,8 @@ class Real(Struct, frozen=True):
     Attributes:
         above, at_least, at_most: Limits in SI units.
         example: A usual amount, such as "20 kPa/m", for hints; by default one of its units.
+        by_axis: Whether it can also be three numbers along x, y and z, ``(4, 4, 1) mm``, whose
+            value is an array of shape (3,).
     """
 
     dimension: Dimension
@@ -31,6 +33,7 @@ class Real(Struct, frozen=True):
     at_least: float | None = None
     at_most: float | None = None
     example: str = ""
+    by_axis: bool = False
 
 
 class Whole(Struct, frozen=True):
@@ -134,6 +137,12 @@ Points = Annotated[Segment, FromTo(units.LENGTH)]
 Axis = Annotated[Sequence[NDArray[np.float64]], FromTo(units.LENGTH, may_bend=True)]
 
 LengthIfAny = Annotated[float | None, Real(units.LENGTH, above=0.0)]
+
+#: One length, or three along x, y and z.
+Lengths = Annotated[float | NDArray[np.float64], Real(units.LENGTH, above=0.0, by_axis=True)]
+LengthsIfAny = Annotated[
+    float | NDArray[np.float64] | None, Real(units.LENGTH, above=0.0, by_axis=True)
+]
 PositionIfAny = Annotated[NDArray[np.float64] | None, Point(units.LENGTH)]
 PointsIfAny = Annotated[Segment | None, FromTo(units.LENGTH)]
 DirectionIfAny = Annotated[NDArray[np.float64] | None, Point(units.NUMBER)]

@@ -116,6 +116,9 @@ def _problem(value: Any, declared: object) -> str:
                 return f'must be a whole number, not "{value}"'
             whole = cast("int | np.integer[Any]", value)
             return _outside(int(whole), at_least, at_most, units.NUMBER)
+        case Real(by_axis=True) if np.ndim(value):
+            each = (_problem(one, declared) for one in np.ravel(value).tolist())
+            return _not_points(value, (3,)) or next(filter(None, each), "")
         case Real(dimension, above, at_least, at_most):
             if not np.isfinite(value):
                 return f'must be finite, not "{value}"'
@@ -150,11 +153,15 @@ def _not_points(value: Any, shape: tuple[int, ...]) -> str:
     return "" if np.isfinite(array).all() else "must have finite components"
 
 
-def require_fine_part(fine_cell: float | None, fine_box: object, cell: float | None) -> None:
+def require_fine_part(
+    fine_cell: float | NDArray[np.float64] | None,
+    fine_box: object,
+    cell: float | NDArray[np.float64] | None,
+) -> None:
     """Check the entries of a part with finer cells.
 
     Args:
-        fine_cell: Size of cells in the part [m].
+        fine_cell: Size of cells in the part [m], one or along x, y and z.
         fine_box: Corners of the part.
         cell: Size of all other cells [m].
 
@@ -163,8 +170,15 @@ def require_fine_part(fine_cell: float | None, fine_box: object, cell: float | N
     """
     if (fine_cell is None) != (fine_box is None):
         raise ValueError('"fine cell" and "fine box" are needed together')
-    if fine_cell is not None and cell is not None and fine_cell >= cell:
+    if fine_cell is None or cell is None:
+        return
+    if np.all(np.greater_equal(fine_cell, cell)):
         raise ValueError('"fine cell" must be smaller than "cell"')
+    for axis, is_larger in zip(
+        "xyz", np.broadcast_to(np.greater(fine_cell, cell), 3), strict=True
+    ):
+        if is_larger:
+            raise ValueError(f'"fine cell" must not be larger than "cell" along {axis}')
 
 
 GROWTH = 1.5  # largest ratio of neighbouring steps; up to 1.6 where few coarse ones fit

@@ -12,7 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.fields import Length, LengthIfAny, OneOf, Points, PointsIfAny
+from tissuec.core.fields import Lengths, LengthsIfAny, OneOf, Points, PointsIfAny
 from tissuec.core.structs import replace
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.joining import (
@@ -63,6 +63,7 @@ CRYSTALS = {
     "braced cubes": Crystal(1, ((0, 0, 0),), (1, 2, 3), (10, 12, 4), braced=True),
 }
 REACH = ("nearest neighbours", "second neighbours", "third neighbours")
+MOST_FINE = 1_000_000  # fine cells along a side
 LARGEST = 2**53  # cells along a side; up to here each whole number is a float of its own
 _MARGIN = 3  # the longest component of a third neighbour, in fine steps
 
@@ -99,27 +100,30 @@ class Lattice(Struct, frozen=True, eq=False):
 
     Nodes are numbered along z first, then along y, then along x.
 
-    In a body of elements, cells can be finer in a part: within the fine box, their edges are at
-    most as long as the fine cell. Away from it they grow by factors of up to 1.5 until they
-    have the usual length. Planes of fine cells go through the whole block, so that cells beside
-    the fine box are fine in one or two directions. The sides of the box can then have any
-    length.
+    In a body of elements, cells can differ by direction: ``cell = (4, 4, 1) mm``. They can also
+    be finer in a part: within the fine box, their edges are at most as long as the fine cell.
+    Away from it they grow by factors of up to 1.5 until they have the usual length. Planes of
+    fine cells go through the whole block, so that cells beside the fine box are fine in one or
+    two directions. The sides of the box can then have any length. For a layer at a face, the
+    fine box is the layer, and the fine cell is small across it alone.
 
     Attributes:
         kind: The crystal: sodium chloride (cubic), caesium chloride (body-centred), diamond or
             braced cubes.
-        cell: Edge of the cubic cell; each side of the box is a whole number of cells.
+        cell: Edge of the cubic cell, or of those of elements along x, y and z; each side of the
+            box is a whole number of cells.
         box: Two opposite corners of the block.
         reach: Reach of the springs: nearest, second or third neighbours.
-        fine_cell: Largest edge of a cell in the fine box, for elements.
+        fine_cell: Largest edge of a cell in the fine box, or edges along x, y and z, for
+            elements.
         fine_box: Two opposite corners of the part with finer cells.
     """
 
     kind: Annotated[str, OneOf(tuple(CRYSTALS))]
-    cell: Length
+    cell: Lengths
     box: Points
     reach: Annotated[str, OneOf(REACH)] = "nearest neighbours"
-    fine_cell: LengthIfAny = None
+    fine_cell: LengthsIfAny = None
     fine_box: PointsIfAny = None
 
     def __post_init__(self) -> None:
@@ -132,6 +136,11 @@ class Lattice(Struct, frozen=True, eq=False):
         """Return the lowest and the highest corner of the box [m], each of shape (3,)."""
         one, other = (np.asarray(corner, dtype=np.float64) for corner in self.box)
         return np.minimum(one, other), np.maximum(one, other)
+
+    @property
+    def edges(self) -> NDArray[np.float64]:
+        """Return the usual edges of a cell along x, y and z [m], shape (3,)."""
+        return np.broadcast_to(np.asarray(self.cell, dtype=np.float64), 3)
 
     def cells(self) -> Triple:
         """Return the number of cells along x, y and z.
@@ -146,33 +155,23 @@ class Lattice(Struct, frozen=True, eq=False):
         low, high = self.corners
         with np.errstate(over="ignore"):
             length = high - low
-            count = np.maximum(np.rint(length / self.cell), 1.0)
+            count = np.maximum(np.rint(length / self.edges), 1.0)
         if np.any(count > LARGEST):
             raise ValueError('"cell" is too small for the "box": it gives too many cells')
         # A billionth is far above rounding of sizes and far below any size someone means. The
         # second part is the rounding of coordinates far away from the origin.
         allowed = 1e-9 * length + 4.0 * np.spacing(np.maximum(np.abs(low), np.abs(high)))
-        misfits = np.abs(length - count * self.cell) > allowed
-        for axis, side, misfit in zip("xyz", length.tolist(), misfits, strict=True):
+        misfits = np.abs(length - count * self.edges) > allowed
+        sides = zip("xyz", length.tolist(), self.edges.tolist(), misfits, strict=True)
+        for axis, side, edge, misfit in sides:
             if misfit:
-                raise ValueError(self._misfit(axis, side))
+                raise ValueError(_misfit(axis, side, edge))
         return int(count[0]), int(count[1]), int(count[2])
 
     @property
     def is_braced(self) -> bool:
         """Return whether springs are edges, and diagonals of every other cell."""
         return CRYSTALS[self.kind].braced and self.reach == REACH[0]
-
-    def _misfit(self, axis: str, length: float) -> str:
-        def show(value: float) -> str:
-            return units.show(value, units.LENGTH, digits=9)
-
-        below = int(length / self.cell)
-        fitting = [show(n * self.cell) for n in (below, below + 1) if n > 0]
-        return (
-            f'"box" is {show(length)} long in {axis}, which is not a whole number of cells '
-            f'("cell" = {show(self.cell)}); {" or ".join(fitting)} would fit'
-        )
 
     def size(self) -> tuple[int, int]:
         """Return the number of nodes, and of springs as if no bond were cut at the surface."""
@@ -189,10 +188,15 @@ class Lattice(Struct, frozen=True, eq=False):
         """Return nodes, springs, and the surface with its normals pointing outwards.
 
         Raises:
-            ValueError: There are finer cells, which springs cannot have.
+            ValueError: There are finer cells, or cells that differ by direction, which springs
+                cannot have.
         """
         if self.fine_cell is not None:
             raise ValueError('"fine cell" is for bodies made of elements')
+        if np.ndim(self.cell):
+            raise ValueError(
+                'a "cell" that differs by direction is for bodies made of elements'
+            )
         return self._mesh()
 
     def _mesh(self) -> Mesh:
@@ -286,15 +290,20 @@ class Lattice(Struct, frozen=True, eq=False):
         """Return where planes of nodes are along x, y and z [m], with finer cells.
 
         Raises:
-            ValueError: The fine box is outside of the box.
+            ValueError: The fine box is outside of the box, or there are too many fine cells.
         """
         assert self.fine_box is not None and self.fine_cell is not None
-        low, high = (corner.tolist() for corner in self.corners)
-        sides = np.sort(np.array(self.fine_box), axis=0).T.tolist()
+        ends = np.stack(self.corners, axis=1)
+        parts = np.sort(np.array(self.fine_box), axis=0).T
+        fine = np.broadcast_to(self.fine_cell, 3)
+        if np.any(np.ptp(np.clip(parts.T, *self.corners), axis=0) > MOST_FINE * fine):
+            raise ValueError(
+                '"fine cell" is too small for the "fine box": it gives too many cells'
+            )
         found: list[NDArray[np.float64]] = []
-        for ends, part in zip(zip(low, high, strict=True), sides, strict=True):
+        for own, part, usual, least in zip(ends, parts, self.edges, fine, strict=True):
             try:
-                line = graded_line(ends, tuple(part), self.cell, self.fine_cell)
+                line = graded_line(tuple(own), tuple(part), usual, least)
             except ValueError:
                 raise ValueError('"fine box" is outside of the "box"') from None
             found.append(line)
@@ -326,6 +335,18 @@ class Lattice(Struct, frozen=True, eq=False):
         return np.stack(
             [line[i - _MARGIN] for line, i in zip(lines, index, strict=True)], axis=1
         )
+
+
+def _misfit(axis: str, length: float, edge: float) -> str:
+    def show(value: float) -> str:
+        return units.show(value, units.LENGTH, digits=9)
+
+    below = int(length / edge)
+    fitting = [show(n * edge) for n in (below, below + 1) if n > 0]
+    return (
+        f'"box" is {show(length)} long in {axis}, which is not a whole number of cells '
+        f'("cell" = {show(edge)}); {" or ".join(fitting)} would fit'
+    )
 
 
 def _numbered(crystal: Crystal, cells: Triple) -> NDArray[np.int32]:

@@ -86,6 +86,8 @@ class Entry(Struct, frozen=True):
         own = () if isinstance(self.kind, Written) else (_form(self),)
         if isinstance(self.kind, FromTo) and self.kind.may_bend:
             own = (*own, f"{self.name} through [ … ]")
+        if isinstance(self.kind, Real) and self.kind.by_axis:
+            own = (*own, f"{self.name} = (x, y, z)")
         return (*own, *texts_of_sentences(self.name, self.sentences))
 
     @property
@@ -318,13 +320,14 @@ def _form(entry: Entry) -> str:
 def taken_in_words(entry: Entry) -> str:
     """What can be written for an entry; nothing if its form says it."""
     match entry.kind:
-        case Real(dimension, above, at_least, at_most):
+        case Real(dimension, above, at_least, at_most, by_axis=by_axis):
             limits = (("above", above), ("at least", at_least), ("at most", at_most))
-            return describe(dimension) + "".join(
+            within = "".join(
                 f", {word} {_writable(limit, dimension)}"
                 for word, limit in limits
                 if limit is not None
             )
+            return f"{describe(dimension)}{within}{'; one, or three' if by_axis else ''}"
         case Whole(at_least, at_most):
             most = "" if at_most == Whole().at_most else f" and at most {at_most}"
             return f"a whole number, at least {at_least}{most}"

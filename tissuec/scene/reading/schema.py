@@ -226,8 +226,24 @@ def read_value(
                     hint=proposal(str(low)) if number < low else "write a smaller number",
                 )
             return int(number)
+        case Real(by_axis=True) if (value := scope.evaluate(node)).is_vector:
+            return _read_by_axis(kind, value, node, scope, what=what)
         case Real():
             return _read_real(kind, node, scope, what=what)
+
+
+def _read_by_axis(
+    kind: Real, value: Value, node: s.Expression, scope: Scope, *, what: str
+) -> Any:
+    """Return three numbers, each of which is within the limits, shape (3,)."""
+    scope.expect(value, kind.dimension, node.span, what=what)
+    for axis, amount in zip("xyz", value.amount.tolist(), strict=True):
+        if abs(amount) < SMALLEST_NUMBER or not _within(kind, amount):
+            shown = show(amount, kind.dimension)
+            hint = f"for example: {what} = (4, 4, 1) {suggested_unit(kind.dimension)}".rstrip()
+            message = f"{what} cannot be {shown} along {axis}"
+            scope.findings.reject("TIS308", message, node.span, hint=hint)
+    return value.amount
 
 
 def _as_vector(kind: Point, node: s.Expression, value: Value, *, what: str) -> Hint:
