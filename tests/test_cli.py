@@ -331,7 +331,7 @@ output { trajectory every 50 ms }
 
 
 def test_lines_break_between_words_at_the_edge_of_a_terminal():
-    said = "  accuracy: 3.7e-07 of the largest displacement (tolerance 0.0001)"
+    said = "  accuracy in time: 3.7e-07 of the largest displacement (tolerance 0.0001)"
     lines = common._wrapped(f"done\n\n{said}", 30).split("\n")
     assert lines[:2] == ["done", ""] and max(map(len, lines)) <= 30
     assert lines[2].startswith("  accuracy") and all(line[:4] == "    " for line in lines[3:])

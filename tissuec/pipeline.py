@@ -51,15 +51,20 @@ def read_words(request: Request) -> tuple[ResolvedProgram, tuple[Diagnostic, ...
     return words, tuple(findings.warnings)
 
 
-def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]:
+def compile_request(
+    request: Request, *, halvings: int = 0
+) -> tuple[Compiled, tuple[Diagnostic, ...]]:
     """Return a scene in arrays, and its warnings.
+
+    Args:
+        halvings: How often the cells of bodies of elements are halved.
 
     Raises:
         CompileError: The text is wrong, or ``strict`` and there is a warning.
     """
     findings = Findings()
     program = _loaded(request, findings)
-    return compile_program(program, request, findings)
+    return compile_program(program, request, findings, halvings=halvings)
 
 
 def ignored(_: Findings) -> None:
@@ -171,6 +176,7 @@ def compile_program(
     *,
     thorough: bool = False,
     levels: bool = False,
+    halvings: int = 0,
     resolved: Callable[[Findings], None] = ignored,
 ) -> tuple[Compiled, tuple[Diagnostic, ...]]:
     """Return a scene in arrays from its texts, and its warnings.
@@ -181,6 +187,7 @@ def compile_program(
         findings: Takes diagnostics.
         thorough: Whether to run the slow checks of the net as well.
         levels: Whether to try the values of studies, and to read the data of learn blocks.
+        halvings: How often the cells of bodies of elements are halved.
         resolved: Called with the findings so far once all names are resolved.
 
     Raises:
@@ -188,6 +195,10 @@ def compile_program(
     """
     scene = resolve(program, findings, request.overrides)
     resolved(findings)
+    if halvings:
+        from tissuec.compiler.bodies.refined import refined
+
+        scene = refined(scene, halvings, findings)
     compiled = compile_scene(scene, findings)
     if compiled.scene.studies:
         from tissuec.compiler.study.block import check_studies  # where there are any

@@ -167,7 +167,7 @@ def test_a_closed_result_says_that_it_is_closed():
 
 def test_it_says_what_it_holds(pulled, parts):
     lines = repr(pulled).splitlines()
-    assert lines.pop(2).startswith("  accuracy: ")
+    assert lines.pop(2).startswith("  accuracy in time: ")
     assert lines == [
         '<Trajectory "scene.vtkhdf">',
         "  outcome: done: 0.2 s were simulated",

@@ -138,7 +138,7 @@ def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
     network = trajectory.network
     rows = [
         ("outcome", trajectory.outcome),
-        ("accuracy", trajectory.promise.sentence),
+        ("accuracy in time", trajectory.promise.sentence),
         ("frames", _frames(trajectory)),
     ]
     rows += [("body", f"{body.name}, {body.size}") for body in network.bodies]

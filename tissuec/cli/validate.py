@@ -32,15 +32,29 @@ METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
     help="Relative tolerance of SciPy's solver. Default: a thousandth of the tolerance "
     "of the scene, or less if necessary.",
 )
+@click.option(
+    "--mesh",
+    "halvings",
+    type=click.IntRange(min=1),
+    is_flag=False,
+    flag_value=1,
+    metavar="[N]",
+    help="Compare with a mesh whose cells are half as long instead, or with N finer and finer "
+    "meshes, and estimate the error of the mesh.",
+)
 @scene_options
 def command(
     settings: Settings,
     scene: Path,
     method: str,
     rtol: float | None,
+    halvings: int | None,
     given: SceneOptions,
 ) -> Report:
     """Run SCENE, solve it again with SciPy, and compare the errors with the tolerance.
+
+    The tolerance concerns time steps. With --mesh, SCENE is run again with finer meshes of its
+    bodies of elements instead, and displacements at the end and logs are compared.
 
     No file is written. A second SciPy solution checks the first. Exit code: 0 errors are within
     their limits, or a fixed step has none; 1 they exceed them, or SciPy's solution is not
@@ -49,9 +63,30 @@ def command(
     from tissuec.pipeline import compile_request
     from tissuec.validate.report import validation_report
 
+    if halvings is not None:
+        return _refined(settings, scene, halvings, given)
     compiled, warnings = compile_request(given.request(scene))
     facts = {"scene": str(scene), "diagnostics": settings.warn(warnings)}
     return validation_report(validated(compiled, method, rtol, settings), facts)
+
+
+def _refined(settings: Settings, scene: Path, halvings: int, given: SceneOptions) -> Report:
+    """Return the report on runs with finer and finer meshes; show their progress."""
+    from tissuec.pipeline import compile_request
+    from tissuec.validate.refinement import MeshRun, dependences, mesh_run
+    from tissuec.validate.refinement_report import refinement_report
+
+    request, runs = given.request(scene), list[MeshRun]()
+    first, warnings = compile_request(request)
+    facts = {"scene": str(scene), "diagnostics": settings.warn(warnings)}
+    meshes = [first, *(compile_request(request, halvings=n + 1)[0] for n in range(halvings))]
+    with Stages(first.plan.simulation.duration, settings) as stages:
+        for compiled in meshes:
+            stage = f"run with {compiled.network.size}"
+            runs.append(mesh_run(compiled, lambda time, stage=stage: stages.at(stage, time)))
+            if runs[-1].outcome.kind != "done":
+                return refinement_report(runs, (), facts)
+    return refinement_report(runs, dependences(first, runs), facts)
 
 
 def validated(

@@ -164,6 +164,13 @@ class PointScope(InnerScope):
         """
         if not isinstance(node, s.Listing):
             self.findings.reject("TIS312", "write ids as a list: in [1, 2, 3]", node.span)
+        if "id" not in self.columns:
+            self.findings.reject(
+                "TIS302",
+                f"ids of {what}s are those of the written mesh of {body}, not of a finer one",
+                node.span,
+                hint=f"select {what}s by position, such as where x < 1 mm",
+            )
         ids = self.columns["id"].amount
         chosen = np.zeros(len(ids), dtype=bool)
         for item in node.items:

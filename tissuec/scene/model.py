@@ -307,6 +307,7 @@ class Body(Struct, frozen=True, eq=False, kw_only=True):
         places: Where entries are written, by their names.
         graded: Quantities of its tissue that depend on the place; they hold in regions without
             a tissue of their own, too.
+        is_refined: Whether cells are shorter than written, so that ids select nothing.
     """
 
     name: str
@@ -334,6 +335,7 @@ class Body(Struct, frozen=True, eq=False, kw_only=True):
     places: Mapping[str, Span] = {}
     is_whole: bool = True
     graded: tuple[Graded, ...] = ()
+    is_refined: bool = False
 
     @property
     def whole_placement(self) -> Affine | None:

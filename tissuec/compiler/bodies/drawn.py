@@ -281,7 +281,7 @@ def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope
         return PointScope(
             scope,
             mesh.position,
-            ids=drawing.columns.node_ids,
+            ids=None if drawing.body.is_refined else drawing.columns.node_ids,
             regions=drawing.regions,
             surface=surface,
             groups=group_masks(mesh),
@@ -295,7 +295,7 @@ def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope
         scope,
         ends.mean(axis=1),
         size=largest_side(mesh.position),
-        ids=drawing.columns.spring_ids,
+        ids=None if drawing.body.is_refined else drawing.columns.spring_ids,
         length=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
         regions={name: inside(nodes) for name, nodes in drawing.regions.items()},
         surface=None if surface is None else inside(surface),

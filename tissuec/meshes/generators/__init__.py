@@ -1,7 +1,7 @@
 """Mesh generators: a member is a ``Struct`` of parameters with its ``build``."""
 
 from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+from typing import Protocol, Self, runtime_checkable
 
 import numpy as np
 from msgspec import Struct, field
@@ -132,6 +132,15 @@ class Elemental(Protocol):
 
     def build_elements(self) -> Mesh:
         """Return the mesh with elements; its springs are their edges."""
+        ...
+
+
+@runtime_checkable
+class Refinable(Protocol):
+    """A generator whose cells can be halved."""
+
+    def refined(self) -> Self:
+        """Return the generator of the same shape with cells half as long."""
         ...
 
 

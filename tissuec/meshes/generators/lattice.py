@@ -5,7 +5,7 @@ Sites lie on a fine grid of whole numbers, ``divisions`` to a cell, which makes 
 """
 
 from itertools import product
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from msgspec import Struct
@@ -172,6 +172,11 @@ class Lattice(Struct, frozen=True, eq=False):
     def is_braced(self) -> bool:
         """Return whether springs are edges, and diagonals of every other cell."""
         return CRYSTALS[self.kind].braced and self.reach == REACH[0]
+
+    def refined(self) -> Self:
+        """Return the same shape with cells half as long."""
+        fine = None if self.fine_cell is None else np.multiply(0.5, self.fine_cell)
+        return replace(self, cell=np.multiply(0.5, self.cell), fine_cell=fine)
 
     def size(self) -> tuple[int, int]:
         """Return the number of nodes, and of springs as if no bond were cut at the surface."""

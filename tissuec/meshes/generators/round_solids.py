@@ -1,6 +1,6 @@
 """Round solids of hexahedra: cylinders, cones, balls, ellipsoids, and thick-walled tubes."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from tissuec.core.fields import (
     UnfitEntries,
     Whole,
 )
+from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, show
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.meshes.generators import MESHES
@@ -87,6 +88,10 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
         """The volume of a straight cylinder or cone, or of its part [m³]; None of a curve."""
         whole = _cone(self.axis, self.radius, self._last)
         return whole and whole / 2 ** sum(CYLINDER_PARTS[self.part])
+
+    def refined(self) -> Self:
+        """Return the same shape with cells half as long."""
+        return replace(self, cell=0.5 * min(self.cell, 0.5 * self.radius))
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
@@ -182,6 +187,10 @@ class Ellipsoid(Hexahedral, frozen=True, eq=False):
         whole = 4.0 / 3.0 * np.pi * float(np.prod(self.radii))
         return whole / 2 ** sum(BALL_PARTS[self.part])
 
+    def refined(self) -> Self:
+        """Return the same shape with cells half as long."""
+        return replace(self, cell=0.5 * min(self.cell, 0.5 * float(min(self.radii))))
+
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""
         return self._round.counts()
@@ -271,6 +280,11 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         if inner is None or outer is None:
             return None
         return (outer - inner) / PARTS[self.part]
+
+    def refined(self) -> Self:
+        """Return the same shape with cells half as long."""
+        rings, sides = 2 * self.rings - 1, 2 * self.sides
+        return replace(self, rings=rings, sides=sides, layers=2 * self.layers)
 
     def counts(self) -> tuple[int, int, int]:
         """Return the numbers of nodes, edges and faces."""

@@ -1,12 +1,13 @@
 """A flat sheet: rows and columns of nodes in any plane, such as a patch of skin."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.fields import OneOf, Position, Whole
+from tissuec.core.structs import replace
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.joining import (
     Pairs,
@@ -55,6 +56,10 @@ class Sheet(Struct, frozen=True, eq=False):
         # Below this angle rows would coincide to the precision of a position.
         if np.linalg.norm(np.cross(first, second)) < 1e-9:
             raise ValueError('"first edge" and "second edge" must not be parallel')
+
+    def refined(self) -> Self:
+        """Return the same shape with cells half as long."""
+        return replace(self, columns=2 * self.columns - 1, rows=2 * self.rows - 1)
 
     def size(self) -> tuple[int, int]:
         """Return the numbers of nodes and springs."""

@@ -1,13 +1,14 @@
 """A sphere: an icosahedron whose triangles are divided in four, again and again."""
 
 from itertools import combinations
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.fields import Length, OneOf, Position, Whole
+from tissuec.core.structs import replace
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.joining import require_limits, springs
 
@@ -36,6 +37,10 @@ class Sphere(Struct, frozen=True, eq=False):
 
     def __post_init__(self) -> None:
         require_limits(self)
+
+    def refined(self) -> Self:
+        """Return the same shape with cells half as long."""
+        return replace(self, subdivisions=self.subdivisions + 1)
 
     def size(self) -> tuple[int, int]:
         """Return the numbers of nodes and springs."""

@@ -1,12 +1,13 @@
 """A tube: rings of nodes around an axis, such as a vessel or a Fallopian tube."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.fields import Axis, Length, LengthIfAny, OneOf, Whole
+from tissuec.core.structs import replace
 from tissuec.meshes.generators import MESHES, Mesh
 from tissuec.meshes.generators.centreline import BENDS, SMOOTH, Centreline
 from tissuec.meshes.generators.joining import (
@@ -72,6 +73,10 @@ class Tube(Struct, frozen=True, eq=False):
                 '"interior is spokes" needs "sides" of 4 or more: '
                 "in a ring of 3, every node is already joined to every other"
             )
+
+    def refined(self) -> Self:
+        """Return the same shape with cells half as long."""
+        return replace(self, rings=2 * self.rings - 1, sides=2 * self.sides)
 
     def size(self) -> tuple[int, int]:
         """Return the numbers of nodes and springs."""

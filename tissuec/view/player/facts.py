@@ -44,7 +44,7 @@ def provenance(trajectory: Trajectory) -> str:
     parts = [
         str(network.size),
         stepping(manifest),
-        f"accuracy: {trajectory.promise.sentence}",
+        f"accuracy in time: {trajectory.promise.sentence}",
         ", ".join(f"--set {text}" for text in manifest.get("overrides") or ()),
         "" if trajectory.finished else str(manifest.get("outcome") or "unfinished"),
         ", ".join(f"{name} {_version(manifest, name)}" for name in _PACKAGES

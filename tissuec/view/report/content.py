@@ -232,7 +232,7 @@ class ReportContent:
             verdict, *_ = VERDICTS[self.validation["verdict"]]
             found.append((f"validation: {verdict}", "validation"))
         if self.promise.since is not None:
-            found.append((f"accuracy: {self.promise}", "exactness"))
+            found.append((f"accuracy in time: {self.promise}", "exactness"))
         if self.doubts:
             found.append((f"doubtful: {kinds(self.doubts)}", "run"))
         if self.notes:
@@ -292,7 +292,7 @@ def sentence(content: ReportContent) -> Iterator[str]:
     if states and content.kind == "done" and "not recorded" not in states:
         yield f"expectations: {holding(states)}"
     if content.promise.since is None and content.promise.error is not None:
-        yield f"accuracy: {content.promise.sentence}"
+        yield f"accuracy in time: {content.promise.sentence}"
 
 
 def _reached(content: ReportContent) -> Iterator[str]:

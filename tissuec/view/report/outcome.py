@@ -42,7 +42,7 @@ def _exactness(content: ReportContent) -> Iterator[tuple[Content, Content]]:
     if errors is not None and len(errors.value):
         worst = show(float(errors.value.max()), LENGTH)
         yield "estimate", f"{worst}, summed over all steps"
-    yield "accuracy", content.promise.sentence
+    yield "accuracy in time", content.promise.sentence
 
 
 def run(content: ReportContent) -> Section:
