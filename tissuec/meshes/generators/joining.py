@@ -161,9 +161,9 @@ def require_fine_part(
     """Check the entries of a part with finer cells.
 
     Args:
-        fine_cell: Size of cells in the part [m], one or along x, y and z.
+        fine_cell: Size of cells in the part [m], one number or shape (3,).
         fine_box: Corners of the part.
-        cell: Size of all other cells [m].
+        cell: Size of all other cells [m], likewise.
 
     Raises:
         ValueError: One of them is missing, or cells are not finer.
