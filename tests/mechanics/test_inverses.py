@@ -9,7 +9,7 @@ from tissuec.mechanics import inverses
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.inverses import Indefinite, Inverses, Iterations
 from tissuec.mechanics.multigrid import Multigrid, aggregates, by_nodes
-from tissuec.mechanics.settling import settle
+from tissuec.mechanics.settling import BUCKLED, Unsettled, settle
 from tissuec.mechanics.stability import is_firm, softest
 from tissuec.mechanics.stiffness import Factorization
 
@@ -177,12 +177,38 @@ def test_a_column_buckles_by_iterations_as_by_factors(iterates, monkeypatch):
         remarks = settle(state, ~state.held)
         balance = Balance(state, ~state.held)
         assert is_firm(balance, balance.start)
-        mode = softest(balance, balance.start)
+        (mode,) = softest(balance, balance.start)
         found.append((remarks, np.abs(np.ptp(state.position[:, :2], axis=0)), mode.resists))
         assert bool(iterates) == (large == 0)
     (said, width, resists), (said_too, width_too, resists_too) = found
-    assert [one.message for one in said] == [one.message for one in said_too]
+    assert [one.message for one in said] == [one.message for one in said_too] == [BUCKLED]
     # To which side is not the same, as two motions are equally soft.
     assert np.sort(width) == pytest.approx(np.sort(width_too), rel=1e-6)
     assert np.max(width) > 2 * 5e-3
     assert resists == pytest.approx(resists_too, rel=1e-4)
+
+
+@pytest.mark.parametrize("aside", [0.1, 2.0])
+@pytest.mark.parametrize("down", [3.0, 7.5, 10.0])
+def test_a_column_whose_ends_are_apart_buckles_to_one_of_several_sides(aside, down):
+    """Half a turn about y, or a mirror across y, leaves it the same until it buckles."""
+    state = block(2.5, (5, 5, 50))
+    before = state.position.copy()
+    way = 1e-3 * np.array([aside, 0.0, -down])
+    state.position[state.held & (before[:, 2] > 1e-3)] += way
+    remarks = settle(state, ~state.held)
+    assert [one.message for one in remarks] == [BUCKLED]
+    moved, middle = state.position - before, before - before.mean(axis=0)
+    unlike = []
+    for signs, shift in (([-1.0, 1.0, -1.0], way), ([1.0, -1.0, 1.0], 0.0)):
+        image = np.abs((signs * middle)[:, None] - middle).sum(axis=2).argmin(axis=1)
+        unlike.append(np.abs(moved - signs * moved[image] - shift).max())
+    assert max(unlike) > 5e-3
+
+
+def test_what_the_memory_does_not_suffice_for_is_named(iterates, monkeypatch):
+    monkeypatch.setattr(inverses, "ROUNDS", 2)
+    monkeypatch.setattr(inverses, "MOST", 100.0)
+    state = block(2.5, gravity=-3.0, held=False)
+    with pytest.raises(Unsettled, match=r"conjugate gradients do not converge, and a factor"):
+        settle(state, ~state.held)

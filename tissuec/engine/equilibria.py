@@ -250,9 +250,12 @@ class Equilibria(QuasiStatic):
 
     def _note(self, time: float, remarks: Sequence[Remark], lost: float) -> None:
         """Add new remarks on an equilibrium, and on energy [J] lost in a jump to it."""
-        texts = [remark.message for remark in remarks]
-        known = [text for text in texts if any(one.startswith(text) for one in self.remarks)]
-        said = [f"{text} (first at {show(time, TIME)})" for text in texts if text not in known]
+        first = f" (first at {show(time, TIME)})"
+        said = [
+            f"{remark.message}{remark.numbers}{first}"
+            for remark in remarks
+            if not any(one.startswith(remark.message) for one in self.remarks)
+        ]
         if lost:
             said.append(
                 f"at {show(time, TIME, digits=6)} the net snapped to another equilibrium, "

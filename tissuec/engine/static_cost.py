@@ -37,8 +37,7 @@ MATRIX, FIELD, SPRING, ITEMS = 2e-4, 5e-4, 6e-7, 0.1
 TOUCHES = 0.4  # the same for contact, with the search for pairs
 # Of a factor [s]: a fixed part, and by unknown and by multiplication. Of iterations, by node.
 FACTOR, UNKNOWN, MULTIPLICATION, ITERATED = 4e-4, 5e-6, 5e-10, 1.6e-5
-# Bytes of a number of a factor, with copies; of one of K with what multigrid makes of it.
-OF_FACTOR, OF_MATRIX = 40.0, 85.0
+OF_MATRIX = 85.0  # bytes of a number of K, with what multigrid makes of it
 
 
 class StaticCost(NamedTuple):
@@ -166,7 +165,7 @@ def _acting_ends(state: State) -> Indices:
 def _solving(state: State) -> Solving:
     """Return the cost of solving with K."""
     from tissuec.mechanics.dissection import dissected
-    from tissuec.mechanics.inverses import is_iterated
+    from tissuec.mechanics.inverses import BYTES, is_iterated
 
     free = ~state.held
     joined = joined_nodes(free, _acting_ends(state), state.fields)
@@ -175,4 +174,4 @@ def _solving(state: State) -> Solving:
     if is_iterated(unknowns, order.work):
         return Solving(ITERATED * unknowns / 3.0, OF_MATRIX * entries, INEXACT)
     seconds = FACTOR + UNKNOWN * unknowns + MULTIPLICATION * order.work
-    return Solving(seconds, OF_FACTOR * (order.numbers + entries), 1.0)
+    return Solving(seconds, BYTES * (order.numbers + entries), 1.0)

@@ -22,6 +22,7 @@ from tissuec.forces.springs.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
 from tissuec.mechanics.state import State
+from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ class Balance:
         )
         self.mass = state.mass[self.free]
         self.load = applied_forces(state)[self.free]
+        self._pushing = (*state.jets.values(), *state.pressures)
         self._number, self._time = number, state.time
         self._fields = tuple(field.recalling(state.velocity).relaxed for field in state.fields)
         # Nothing moves; the velocities of hidden nodes say how far elements have flowed.
@@ -113,6 +115,22 @@ class Balance:
         These are weight, external forces, and the forces frozen last.
         """
         return self.load + self._frozen
+
+    def loads(self, bars: Bars) -> Floats:
+        """Return all that acts from outside on the free nodes [N], shape (free, 3).
+
+        That is weight, external forces, pressures and jets.
+        """
+        total = np.zeros_like(bars.position)
+        for acting in self._pushing:
+            acting.add_forces(self._time, bars.position, self._still, total)
+        return self.load + total[self.free]
+
+    @cached_property
+    def labels(self) -> Indices:
+        """Return the piece of each free node, by its number, shape (free,)."""
+        inner = (self.springs.ends >= 0).all(axis=1)
+        return topology.pieces(len(self.free), self.springs.ends[inner])
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which free nodes contact or a force ties to something, shape (free,).

@@ -24,9 +24,11 @@ if TYPE_CHECKING:
 LARGE = 6000  # unknowns from which a solid is solved without a factor
 WORK = 6e8  # multiplications of a factor: fewer are faster than iterations
 ROUNDS = 300
-MOST = 2e8  # numbers of a factor: some 8 GB
+MOST = 2e8  # numbers of a factor, of so many bytes with copies: some 8 GB
+BYTES = 40.0
 GENERIC = 1e-6  # of a right-hand side with all motions in it: solved so far, it has seen each
 PRECISE = 1e-10
+STATIONARY = 1e-6  # the same of solutions with a matrix that may be indefinite
 SLOW = 3.0  # times the rounds that a preconditioner took at first: then a new one is made
 
 
@@ -103,6 +105,22 @@ class Iterations:
                 self._factor = self._owner.factor(self._matrix)
         return self._factor.downhill(vector)
 
+    def stationary(self, vector: Floats) -> Floats:
+        """Return K⁻¹ times a vector in any unit, shape (n,), where K may be indefinite.
+
+        By the method of minimal residuals (C. C. Paige, M. A. Saunders, SIAM J. Numer. Anal.
+        12:617, 1975).
+
+        Raises:
+            Indefinite: There is no preconditioner.
+        """
+        from scipy.sparse.linalg import LinearOperator, minres
+
+        multigrid, shape = self._owner.multigrid(self._matrix), self._rows.shape
+        whole = LinearOperator(shape, self._matrix, dtype=float)
+        rough = LinearOperator(shape, multigrid, dtype=float)
+        return minres(whole, vector, M=rough, rtol=STATIONARY, maxiter=ROUNDS)[0]
+
     def _iterated(self, vector: Floats, precision: float) -> Floats:
         multigrid, wide = self._owner.multigrid(self._matrix), self._matrix.wide
         found, residual = np.zeros_like(vector), vector.astype(float)
@@ -136,7 +154,13 @@ class Inverses:
     Args:
         position: Of the nodes [m], shape (node, 3).
         order: In which unknowns of factors are eliminated.
+
+    Attributes:
+        refused: Memory of a factor that was needed and would have taken too much [bytes]; 0.0
+            if there was none.
     """
+
+    refused = 0.0
 
     def __init__(self, position: Floats, order: EliminationOrder):
         self._position, self._order = position, order
@@ -175,7 +199,9 @@ class Inverses:
             RuntimeError: K is singular, or the memory would not suffice.
         """
         self.forget()
-        if self._order.numbers(matrix.sparse) > MOST:
+        numbers = self._order.numbers(matrix.sparse)
+        if numbers > MOST:
+            self.refused = BYTES * numbers
             raise RuntimeError("a factor of this matrix would fill the memory")
         return Factorization(matrix)
 

@@ -19,14 +19,16 @@ Shared arguments:
     force: Force on each free node [N], shape (free, 3).
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.core.arrays import norm
 from tissuec.core.signals import give_way
 from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
-from tissuec.mechanics.inverses import Iterations
+from tissuec.mechanics.inverses import Indefinite, Iterations
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.stability import firm_inverse
 from tissuec.mechanics.stiffness import Factorization
@@ -42,6 +44,10 @@ ROUGH, FINE = 0.1, 1e-3  # of forces: what a step leaves at most, where it is no
 CHORD = 0.3  # of the largest force: what a step with the last K leaves at most
 CHORDS = 3  # steps with the last K that polish
 STAYS = 1e-6  # of the net: a step that leaves K as it is, and so its stability
+# Where loads are lost in rounding: residual forces of a piece over its loads; further rounds.
+FAINT, FURTHER = 1e-2, 10
+# Plain steps to an unstable equilibrium at most, and in succession without half the force.
+PLAIN, STALLS = 12, 3
 SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
 
 
@@ -88,6 +94,8 @@ def descend(
     rounds: int = ROUNDS,
     far: float = np.inf,
     worse: int = ROUNDS,
+    *,
+    looks: Callable[[Floats], bool] | None = None,
 ) -> Reached:
     """Return the result of Newton's method.
 
@@ -95,9 +103,10 @@ def descend(
         rounds: Steps at most.
         far: Way of a node from the start at which the search ends [m].
         worse: How often in succession the largest force may grow.
+        looks: Whether to end in an unstable equilibrium of elements, at places [m].
     """
-    hopes, grown, before = balance.has_elements, 0, np.inf
-    tangent: Tangent | None = None
+    hopes, grown, before, further = balance.has_elements, 0, np.inf, FURTHER
+    tangent = settled = None
     for _ in range(rounds):
         give_way()
         bars = balance.bars(x)
@@ -107,35 +116,117 @@ def descend(
             force = neutral.balanced(force)
         left, enough = greatest(force), allowed(balance, bars)
         if left <= enough:
-            return polished(balance, x, bars, force)
-        # Inexact steps, as exact as the last one has shown that forces fall (S. C. Eisenstat,
-        # H. F. Walker, SIAM J. Sci. Comput. 17:16, 1996, choice 2).
-        falls = min(left / before, 1.0) if np.isfinite(before) else 1.0
-        precision = max(min(ROUGH, 0.9 * falls * falls), 0.1 * enough / left)
-        grown, before = grown + 1 if left > before else 0, left
-        if grown > worse:
+            if not further or lost_in_rounding(balance, bars, force) is None:
+                return polished(balance, x, bars, force)
+            further, settled = further - 1, x  # forces may still fall below the bound
+        precision = _precision(left, before, enough)
+        if (grown := grown + 1 if left > before else 0) > worse:
             break
+        before = left
         balance.freeze(bars)
         near = left <= NEAR * balance.largest(bars)
-        if near and tangent is not None and tangent.inverse.repeats:
-            further = _by_chord(balance, x, force, tangent)
-            if further is not None:
-                x = further
-                continue
-            bars = balance.bars(x)
+        if near and (there := _by_chord(balance, x, force, tangent)) is not None:
+            x = there
+            continue
+        bars = balance.bars(x)
         matrices = (True, False) if near or hopes else (False,)
         made = tangent_at(balance, bars, neutral, force, precision, matrices=matrices)
         if made is None:
-            return Reached(x, is_balanced=False)
+            break
         tangent, step = made
+        if looks is not None and hopes and not tangent.is_exact:
+            there, asked, looks = _unstable(balance, x), looks, None
+            if there is not None and asked(there):
+                return Reached(there, is_balanced=True)
         hopes = hopes and (near or tangent.is_exact)
         found = downhill(balance, x, bars, force, step, expands=grown > LEAVES)
         if found is None:
-            return Reached(x, is_balanced=False)
+            break
         x = found
         if not greatest(x - balance.start) <= far:
             break
-    return Reached(x, is_balanced=False)
+    if settled is None:
+        return Reached(x, is_balanced=False)
+    return polished(balance, settled, bars := balance.bars(settled), balance.force(bars))
+
+
+def _precision(left: float, before: float, enough: float) -> float:
+    """Return what part of the forces a step may leave, where it is not exact.
+
+    It is as exact as the last one has shown that forces fall (S. C. Eisenstat, H. F. Walker,
+    SIAM J. Sci. Comput. 17:16, 1996, choice 2).
+
+    Args:
+        left, before: Largest force here and before the last step [N].
+        enough: One that counts as zero [N].
+    """
+    falls = min(left / before, 1.0) if np.isfinite(before) else 1.0
+    return max(min(ROUGH, 0.9 * falls * falls), 0.1 * enough / left)
+
+
+def _unstable(balance: Balance, x: Floats) -> Floats | None:
+    """Return the equilibrium to which plain steps with an indefinite K lead from x.
+
+    Steps downhill would leave it slowly, to whichever side rounding drives them.
+
+    Returns:
+        None if forces do not fall soon.
+    """
+    least, stalls = np.inf, 0
+    for _ in range(PLAIN):
+        give_way()
+        bars = balance.bars(x)
+        force, neutral = balance.force(bars), NeutralMotions.of(balance, x)
+        left = greatest(force)
+        if left <= allowed(balance, bars):
+            return x
+        stalls = 0 if left <= 0.5 * least else stalls + 1
+        if stalls > STALLS or not np.isfinite(left):
+            return None
+        least = min(least, left)
+        stiffness = balance.matrix(bars, exact=True)
+        top = float(stiffness.diagonal().max(initial=0.0))
+        try:
+            inverse = balance.inverses.of(stiffness.plus(neutral.supports(top)))
+            step = inverse.stationary(neutral.balanced(force).ravel())
+        except (RuntimeError, Indefinite):
+            return None
+        x = x + neutral.without(step.reshape(-1, 3))
+    return None
+
+
+class LostLoads(NamedTuple):
+    """A piece whose loads are not more than what rounding leaves of its forces.
+
+    Attributes:
+        node: The free node with its largest load.
+        load: On this node [N].
+        left: Largest residual force on a node of the piece [N].
+    """
+
+    node: int
+    load: float
+    left: float
+
+
+def lost_in_rounding(balance: Balance, bars: Bars, force: Floats) -> LostLoads | None:
+    """Return the piece whose loads rounding hides most; None without one."""
+    loads, left = norm(balance.loads(bars)), norm(force)
+    acts = loads > 0.0
+    if balance.holds_slides or not acts.any():
+        return None
+    most_left = left.max()
+    if most_left <= FAINT * loads[acts].min() or most_left > allowed(balance, bars):
+        return None
+    most, remains = np.zeros((2, int(balance.labels.max()) + 1))
+    np.maximum.at(most, balance.labels, loads)
+    np.maximum.at(remains, balance.labels, left)
+    share = remains / np.where(most > 0.0, most, np.inf)
+    worst = int(share.argmax())
+    if share[worst] <= FAINT:
+        return None
+    own = np.where(balance.labels == worst, loads, -1.0)
+    return LostLoads(int(own.argmax()), float(most[worst]), float(remains[worst]))
 
 
 PROBE = 1e-6  # of the motion of held nodes: the difference by which their K is found
@@ -169,9 +260,11 @@ def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
     return found if energies[0] < energies[1] else x
 
 
-def _by_chord(balance: Balance, x: Floats, force: Floats, tangent: Tangent) -> Floats | None:
+def _by_chord(
+    balance: Balance, x: Floats, force: Floats, tangent: Tangent | None
+) -> Floats | None:
     """Return the places after a step with the last K; None if too much force is left there."""
-    step = tangent.step(force)
+    step = tangent.step(force) if tangent is not None and tangent.inverse.repeats else None
     if step is None:
         return None
     there = x + step

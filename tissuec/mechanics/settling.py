@@ -11,6 +11,7 @@ Shared arguments:
     force: Force on each free node [N], shape (free, 3).
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ from tissuec.mechanics.newton import (
     Reached,
     descend,
     greatest,
+    lost_in_rounding,
     predicted,
 )
 from tissuec.mechanics.relaxation import relax
@@ -37,7 +39,6 @@ from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.stability import SoftestMotion, is_firm, softest
 from tissuec.mechanics.state import State
-from tissuec.model import topology
 from tissuec.model.network import Floats, Indices, Network
 
 SWEEPS = 500
@@ -49,6 +50,8 @@ SOON, WORSE = 80, 8
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 EVEN = 1e-6  # of the force that presses: along what is level, rounding drives less
 LEVEL = 1e-3  # the same, with what an uneven mesh drives
+WAYS = 4  # softest motions that are looked at where an equilibrium is unstable
+GIGA = 1e9
 LANDING = 20  # halvings of the step in which a piece that falls touches something
 
 
@@ -66,10 +69,17 @@ class Unsettled(Exception):
 
 
 class Remark(Struct, frozen=True):
-    """A remark on an equilibrium, and the node that shows it best, if there is one."""
+    """A remark on an equilibrium.
+
+    Attributes:
+        message: What is said once in a run.
+        node: The one that shows it best, if there is one.
+        numbers: Further text, which may differ from one equilibrium to the next.
+    """
 
     message: str
     node: int | None = None
+    numbers: str = ""
 
 
 BUCKLED = "the net buckled to one of several possible sides"
@@ -112,11 +122,28 @@ def settle(
         if guess is None and _have_holders_moved(state, balance, start, before):
             start = predicted(balance, start, before)
         x, remarks = _settled(balance, state.network, start, patiently=patiently)
+    remarks = (*remarks, *_lost(balance, state.network, x))
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
     state.velocity[balance.free] = 0.0
     state.forget_friction(balance.free)
     _let_relax(state, balance)
     return remarks
+
+
+def _lost(balance: Balance, network: Network, x: Floats) -> tuple[Remark, ...]:
+    """Return a remark if rounding hides the loads on a piece."""
+    bars = balance.bars(x)
+    lost = lost_in_rounding(balance, bars, balance.force(bars))
+    if lost is None:
+        return ()
+    node = int(balance.free[lost.node])
+    name = next(one.name for one in network.bodies if node < one.nodes.stop)
+    numbers = (
+        f": they are at most {show(lost.load, FORCE)} at a node, and the rounding of places "
+        f"leaves {show(lost.left, FORCE)} there; what they move is uncertain. Use larger "
+        "loads, to which small motions are proportional, or thicker cells"
+    )
+    return (Remark(f"loads on {name} are lost in rounding", node, numbers),)
 
 
 def _have_holders_moved(state: State, balance: Balance, x: Floats, before: Floats) -> bool:
@@ -150,13 +177,22 @@ def _minimum(
 
     Both are positions of the free nodes [m], shape (free, 3).
     """
-    (x, _, firm), remarks = _equilibrium(balance, x, patiently=patiently)
-    node = 0
+    start, node = x, 0
+    ways: list[SoftestMotion] = []
+
+    def is_even(there: Floats) -> bool:
+        """Return whether nothing decides to which side the net leaves an equilibrium."""
+        soft = softest(balance, there, WAYS)
+        ways[:] = (one for one in soft if one.resists < -LOOSE and one.is_even(start - there))
+        return bool(ways)
+
+    (x, _, firm), remarks = _equilibrium(balance, x, patiently=patiently, looks=is_even)
     for _ in range(TURNS):
         free = _free_pieces(NeutralMotions.of(balance, x))
-        if firm or is_firm(balance, x):
+        if not ways and (firm or is_firm(balance, x)):
             return x, (*remarks, *free)
-        mode = softest(balance, x)
+        mode = next(iter(ways or softest(balance, x)), None)
+        ways.clear()
         if mode is None:
             return x, (*remarks, *free, UNKNOWN)
         if mode.resists > LOOSE:
@@ -287,12 +323,19 @@ def _free_pieces(neutral: NeutralMotions) -> tuple[Remark, ...]:
 
 
 def _equilibrium(
-    balance: Balance, x: Floats, *, patiently: bool
+    balance: Balance,
+    x: Floats,
+    *,
+    patiently: bool,
+    looks: Callable[[Floats], bool] | None = None,
 ) -> tuple[Reached, tuple[Remark, ...]]:
     """Return where the forces balance, from x on, and what happened.
 
     Near an unstable equilibrium, Newton's steps may become so small that they neither reach nor
     leave it: there the net is pushed off.
+
+    Args:
+        looks: Whether an unstable equilibrium near x is the result; see ``descend``.
 
     Raises:
         Unsettled: They balance nowhere.
@@ -303,16 +346,17 @@ def _equilibrium(
     far = (FAR if patiently else NEARBY) * size or np.inf
     for _ in range(TURNS if patiently else 1):
         rounds, worse = (ROUNDS, ROUNDS) if patiently else (SOON, WORSE)
-        found = descend(balance, x, rounds, far, worse)
+        found = descend(balance, x, rounds, far, worse, looks=looks)
         x = found.x
         if found.is_balanced:
             return found, remarks
-        if not patiently or not greatest(x - balance.start) <= far:
+        looks = None
+        if not patiently or not greatest(x - balance.start) <= far or balance.inverses.refused:
             break
         bars = balance.bars(x)
         left = greatest(balance.force(bars))
-        mode = softest(balance, x) if left <= NEAR * balance.largest(bars) else None
-        if mode is not None and mode.resists < -LOOSE:
+        soft = softest(balance, x) if left <= NEAR * balance.largest(bars) else ()
+        if soft and (mode := soft[0]).resists < -LOOSE:
             remarks = (Remark(BUCKLED, mode.node(balance)),)
             x = _pushed_off(balance, x, mode)
         else:
@@ -322,6 +366,12 @@ def _equilibrium(
     worst = int(np.argmax((force**2).sum(axis=1)))
     left = show(float(np.linalg.norm(force[worst])), FORCE)
     text = f"no equilibrium was found: a residual force of {left} remains"
+    if refused := balance.inverses.refused:
+        text += (
+            "; conjugate gradients do not converge, and a factor of the stiffness would take "
+            f"{refused / GIGA:.3g} GB of memory. Use larger cells, a Poisson's ratio that is "
+            "further from 0.5, or a dynamic method"
+        )
     raise Unsettled(text, int(balance.free[worst]))
 
 
@@ -356,8 +406,7 @@ class _Falling(NamedTuple):
 
 def _falling(balance: Balance, x: Floats) -> _Falling:
     """Return the pieces that fall from where they are."""
-    inner = (balance.springs.ends >= 0).all(axis=1)
-    labels = topology.pieces(len(balance.free), balance.springs.ends[inner])
+    inner, labels = (balance.springs.ends >= 0).all(axis=1), balance.labels
     anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
     anchored[labels[balance.springs.ends[~inner].max(axis=1)]] = True
     anchored[labels[balance.touched(balance.bars(x).position)]] = True

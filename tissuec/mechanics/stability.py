@@ -22,6 +22,9 @@ from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model.network import Floats
 
+# Rounds of Lanczos's method, of some twenty solutions each: five times what was needed at most.
+SEARCHES = 30
+EVEN = 1e-6  # of a way: its part along a motion by rounding
 LARGEST = 6000  # unknowns up to which a net at rest is examined: about a second
 
 
@@ -35,6 +38,11 @@ class SoftestMotion(Struct, frozen=True, eq=False):
 
     resists: float
     shape: Floats
+
+    def is_even(self, way: Floats) -> bool:
+        """Return whether a way [m], shape (free, 3), has no part along this but by rounding."""
+        size = float(np.linalg.norm(self.shape) * np.linalg.norm(way))
+        return abs(float(np.vdot(self.shape, way))) <= EVEN * size
 
     def node(self, balance: Balance) -> int:
         """Return the node that moves most."""
@@ -71,16 +79,16 @@ def _resistance(balance: Balance, bars: Bars) -> tuple[Stiffness, float]:
     return matrix, float(clamped.diagonal().max(initial=0.0))
 
 
-def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
-    """Return the softest motion at x [m], shape (free, 3), that is not neutral.
+def softest(balance: Balance, x: Floats, count: int = 1) -> tuple[SoftestMotion, ...]:
+    """Return the softest motions at x [m], shape (free, 3), that are not neutral, in order.
 
-    None where there is none, or where it was not found.
+    Nothing where there are none, or where they were not found.
     """
     bars, size = balance.bars(x), 3 * len(x)
     matrix, top = _resistance(balance, bars)
     neutral = NeutralMotions.of(balance, x, np.ones(len(x)))
     if neutral.count >= size:
-        return None
+        return ()
     below = -balance.weakening(bars) - 1e-3 * top
     start = irregular(3 * len(balance.free))
 
@@ -96,14 +104,24 @@ def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
 
         inverse = LinearOperator((size, size), inverted)
         whole = LinearOperator((size, size), matrix)
-        found = cast(Any, eigsh)(whole, k=1, sigma=below, v0=project(start), OPinv=inverse)
+        more = {"v0": project(start), "OPinv": inverse, "maxiter": SEARCHES}
+        most = min(count, size - 1)
+        values, shapes = cast(Any, eigsh)(whole, k=most, sigma=below, **more)
     except (ArpackError, Indefinite, RuntimeError):
-        return None
-    value, shape = float(found[0][0]), np.asarray(found[1]).reshape(-1, 3)
-    # A rule that says to which side the net buckles: the first that moves much, moves forwards.
-    size = np.abs(shape.ravel())
-    first = int(np.argmax(size > 0.9 * size.max()))
-    return SoftestMotion(value / top, shape * np.sign(shape.ravel()[first]))
+        return ()
+    return tuple(
+        SoftestMotion(float(values[one]) / top, _forwards(shapes[:, one]).reshape(-1, 3))
+        for one in np.argsort(values)
+    )
+
+
+def _forwards(shape: Floats) -> Floats:
+    """Return a motion or its opposite: the first that moves much, moves forwards.
+
+    This rule says to which side a net buckles.
+    """
+    size = np.abs(shape)
+    return shape * np.sign(shape[int(np.argmax(size > 0.9 * size.max()))])
 
 
 def unstable_node(state: State) -> int | None:
@@ -120,5 +138,5 @@ def unstable_node(state: State) -> int | None:
     balance.freeze(balance.bars(balance.start))
     if is_firm(balance, balance.start):
         return None
-    mode = softest(balance, balance.start)
-    return None if mode is None or mode.resists > -LOOSE else mode.node(balance)
+    found = softest(balance, balance.start)
+    return found[0].node(balance) if found and found[0].resists <= -LOOSE else None

@@ -155,6 +155,10 @@ class Factorization(LowRankFactor):
         """Return K⁻¹ times vectors in any unit, shape (n,) or (n, vector), to rounding."""
         return super().solve(vectors)
 
+    def stationary(self, vector: Floats) -> Floats:
+        """Return K⁻¹ times a vector in any unit, shape (n,), where K may be indefinite."""
+        return self.solve(vector)
+
     def downhill(self, vector: Floats, precision: float = 0.0) -> Floats | None:
         """Return K⁻¹ times a vector in any unit, shape (n,); None if K is not definite."""
         return self.solve(vector) if self.is_definite else None

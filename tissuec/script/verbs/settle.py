@@ -85,7 +85,7 @@ class Settle(VerbSentence, frozen=True):
         ids = state.network.node_ids
         above = ("" if r.node is None else f", above all node {ids[r.node]}" for r in remarks)
         notes = tuple(
-            LoggedEvent("note", (), f"{text}: {r.message}{node}", self.span)
+            LoggedEvent("note", (), f"{text}: {r.message}{r.numbers}{node}", self.span)
             for r, node in zip(remarks, above, strict=True)
         )
         return (LoggedEvent("settle", (), text, self.span), *notes)
