@@ -235,7 +235,7 @@ def fitted_block(lattice: Lattice, mesh: Mesh, fibres: Fibres | None = None) -> 
     # A spring is looked up by its start and its direction.
     place = np.where(start < first, start, np.where(start >= last, start - shift, inside))
     place = np.where(kept == cells, start, place)
-    site = _numbered(sample.position, low, steps / lattice.cell, kept * steps + 1)
+    site = _numbered(sample.position, low, steps / lattice.edges[0], kept * steps + 1)
     ends = np.stack([place, place + fine[mesh.ends[:, 1]] - start])
     pairs = np.sort(site[tuple(np.moveaxis(ends, 2, 0))], axis=0)
     count = len(sample.position)

@@ -90,7 +90,7 @@ class NearbyContact(ForceFormula):
         balance; see ``Contact.matrix``.
         """
         near = replace(self._contact, pairs=self._near(position))
-        return near.matrix(time, position, number, size)
+        return sparse.coo_matrix(near.matrix(time, position, number, size))
 
     def _look(self, position: Floats, velocity: Floats) -> Touching:
         """Return the touching pairs of a state."""

@@ -1,6 +1,6 @@
 """Loads: weight, ambient damping, and external forces that the script applies to nodes."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -102,7 +102,8 @@ class Load(Nodal, frozen=True):
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the forces on all nodes [N], shape (…, node, 3)."""
-        np.add.at(to, (..., self.nodes, slice(None)), self.at(time))
+        place: Any = (..., self.nodes, slice(None))
+        np.add.at(to, place, self.at(time))
 
     def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
         """Return F·v, put in from outside, and nothing lost [W], shape (…, 2)."""

@@ -63,4 +63,5 @@ def _areas(position: Floats, triples: WeightedTriangles) -> Floats:
     size = np.sqrt((normal**2).sum(axis=1, keepdims=True))
     normal /= np.where(size > 0.0, size, 1.0)
     part = (areas * normal[triples.face]).sum(axis=1) / 3.0
-    return np.bincount(triples.corners.ravel(), np.repeat(part, 3), len(position))
+    count = len(position)
+    return np.bincount(triples.corners.ravel(), np.repeat(part, 3), count).astype(float)

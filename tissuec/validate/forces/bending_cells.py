@@ -207,10 +207,11 @@ class BendingCells:
     def _least(at: _Bent) -> tuple[Any, Any, Any]:
         """Return the least ratio of volumes, where it is that of corners, and their spread."""
         of_mean: Any = np.linalg.det(at.mean)
-        spread = np.sqrt((at.swelling**2).sum(axis=1) + TINY)
+        where: Any = np.where
+        spread: Any = np.sqrt((at.swelling**2).sum(axis=1) + TINY)
         at_corners = at.volume - spread
-        is_corner = at_corners.real < of_mean.real
-        return np.where(is_corner, at_corners, of_mean), is_corner, spread
+        is_corner: Any = at_corners.real < of_mean.real
+        return where(is_corner, at_corners, of_mean), is_corner, spread
 
     def pushes(self, at: _Bent, stress: Any, by_j: Any, slope: Any) -> Any:
         """Return the derivatives of the energy by places [N], shape (cell, 8, 3).

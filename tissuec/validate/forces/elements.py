@@ -489,7 +489,7 @@ def _folded(j: Any) -> tuple[Any, Any]:
 
     It is Hermite's polynomial that rises from 0 there to 3 at J = 0 without slopes and bends.
     """
-    part = np.where(j.real < LEAST, 1.0 - j / LEAST, 0.0)
+    part: Any = np.where(j.real < LEAST, 1.0 - j / LEAST, 0.0)
     part = np.where(part.real > 1.0, 1.0, part)
     rise = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
     return 3.0 * rise, -90.0 / LEAST * part**2 * (1.0 - part) ** 2
