@@ -13,8 +13,11 @@ from tests.derivatives import forces
 from tests.forces.test_elements import SPAN
 from tests.forces.test_elements import mesh as distorted
 from tests.laws.test_solid_laws import SAMPLES
+from tissuec.core.structs import replace
 from tissuec.forces.solids.elements import SolidMaterial
 from tissuec.forces.solids.hexahedra import kind_of
+from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
+from tissuec.geometry.bent_cells import BentCells
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.laws.solid.invariants import CoupledNeoHookean, NeoHookean
@@ -42,13 +45,13 @@ def bar(counts, sides, poisson, law=None):
     return made_of("hexahedron", places, nodes, poisson, law), places
 
 
-def made_of(shape, places, nodes, poisson, law=None):
-    """Return elements of one material."""
+def made_of(shape, places, nodes, poisson, law=None, **more):
+    """Return elements of one material; further parts of it may be given."""
     count = len(nodes)
     shear, bulk = YOUNG / 2.0 / (1.0 + poisson), YOUNG / 3.0 / (1.0 - 2.0 * poisson)
     material = SolidMaterial(
         np.full(count, shear), np.full(count, bulk), np.zeros(count), np.zeros(count, int),
-        (law or NeoHookean(),),
+        (law or NeoHookean(),), **more,
     )  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)
     return kind_of(SHAPES[shape]).of(
@@ -164,6 +167,45 @@ def test_distorted_elements_pass_the_patch_test(shape, poisson):
     assert inside.any()
     # Of sums of some ten forces of elements that cancel.
     assert np.abs(pushed[inside]).max() < 1e-12 * np.abs(pushed).max()
+
+
+# --- boxes and other cells -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["neo hookean", "yeoh", "mooney rivlin"])
+@pytest.mark.parametrize("is_fibred", [False, True], ids=["", "fibres and prestretch"])
+def test_boxes_have_the_forces_and_matrices_of_other_cells(name, is_fibred):
+    """Those of boxes have loops of their own."""
+    law = law_of(name, "logarithmic")
+    boxes, places = bar((2, 1, 1), (1.0, 0.7, 0.4), 0.3, law)
+    if is_fibred:
+        along = np.broadcast_to([[0.6, 0.8, 0.0], [0.0, 0.6, -0.8]], (2, 2, 3))
+        numbers = (np.full(2, each) for each in (3e3, 0.5, 0.1))
+        stretch = Prestretch(np.array([0.48, 0.6, 0.64]), False, np.full(2, 1.2))
+        more = {"fibres": SolidFibres(along, *numbers), "prestretch": stretch}
+        boxes = made_of("hexahedron", places, boxes.nodes, 0.3, law, **more)
+    assert boxes.are_boxes
+    rows = BentCells.of(places[boxes.nodes][:1]).rows
+    others = replace(boxes, cells=rows, are_boxes=False)
+    random = np.random.default_rng(1)
+    state = 1.1 * places + random.uniform(-0.1, 0.1, places.shape)
+    for found, due in (
+        (forces(boxes, state), forces(others, state)),
+        (matrix_at(boxes, state), matrix_at(others, state)),
+        (boxes.energies(state), others.energies(state)),
+    ):
+        np.testing.assert_allclose(found, due, rtol=0.0, atol=1e-13 * np.abs(due).max())
+    each, whole = boxes.element_matrices(state, exact=True), np.zeros((36, 36))
+    for matrix, nodes in zip(each.reshape(2, 24, 24), boxes.nodes, strict=True):
+        place = (3 * nodes[:, None] + np.arange(3)).ravel()
+        whole[np.ix_(place, place)] += matrix
+    assert np.abs(whole - matrix_at(boxes, state)).max() < 1e-14 * np.abs(whole).max()
+    size = 1e-6
+    way = size * random.normal(size=places.shape)
+    by_difference = (forces(boxes, state - way) - forces(boxes, state + way)) / 2.0
+    pushed = (matrix_at(boxes, state) @ way.ravel()).reshape(way.shape)
+    # Differences are exact up to (1e-6)², and rounding of 1e-16 of forces over 1e-6 of changes.
+    assert np.abs(by_difference - pushed).max() < 1e-8 * np.abs(pushed).max()
 
 
 # --- large strains ----------------------------------------------------------------------------

@@ -13,7 +13,7 @@ for numbers p of the element and tensors T that it remembers, and dissipates by 
 and the power that is lost per volume is Ḟ:∂D/∂Ḟ - ∂W/∂T:dT/dt.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple, TypeAlias, cast
 
@@ -53,10 +53,9 @@ class PointState(NamedTuple):
 
 #: Takes F, dF/dt, the tensors that are remembered, and the numbers of the element.
 PointFunction: TypeAlias = Callable[[Tensor, Tensor, Sequence[Tensor], Numbers], PointState]
-#: Takes the strains of a cell, their rates, ξ, tensors and numbers.
+#: Takes the strains of a point of a cell, their rates, tensors and numbers.
 BentFunction: TypeAlias = Callable[
-    [Sequence[Number], Sequence[Number], Sequence[Number], Sequence[Tensor], Numbers],
-    PointState,
+    [Sequence[Number], Sequence[Number], Sequence[Tensor], Numbers], PointState
 ]
 #: Takes the mean of what is pooled, and the numbers; returns U [Pa].
 MeanFunction: TypeAlias = Callable[[Number, Numbers], Number]
@@ -73,8 +72,7 @@ class TracedPoint:
         directions: Columns of F: 3, 2 in a wall, or 1 along fibres.
         graph: All that follows.
         cell: What strains points instead of F; None without.
-        f, rate: F and dF/dt, row by row, shape (3 directions,); or the strains of a cell.
-        at: Where the point is in its cell, shape (3,).
+        f, rate: F and dF/dt, row by row, shape (3 directions,); or strains of a cell.
         stored: T - 1, the numbers of each tensor.
         state: At the point.
     """
@@ -90,10 +88,9 @@ class TracedPoint:
             self.widths |= {"rate": tensors, "inverse_rate": tensors}
         self.numbers, given = numbers_in(self.graph, self.widths)
         self.cell = cell and TracedCell(cell, self.graph, given)
-        every = range(3 * directions if self.cell is None else len(self.cell.strains))
+        every = range(3 * directions if self.cell is None else len(self.cell.state.strains))
         self.f = [self.graph.input(f"f.{k}") for k in every]
         self.rate = [self.graph.input(f"g.{k}") for k in every]
-        self.at = [self.graph.input(f"at.{k}") for k in range(3)]
         self.stored = [
             [self.graph.input(f"t.{tensor}.{k}") for k in range(len(self.places))]
             for tensor in range(tensors)
@@ -104,7 +101,9 @@ class TracedPoint:
             self.state = cast(PointFunction, point)(*strained, tensors_of, given)
         else:
             bent = cast(BentFunction, point)
-            self.state = bent(self.f, self.rate, self.at, tensors_of, given)
+            self.state = bent(self.f, self.rate, tensors_of, given)
+            first = self.cell.begins
+            self.cell.active = [q for k in self.active for q in range(first[k], first[k + 1])]
         self.mean, self.swell = self.graph.input("mean"), self.graph.input("swell")
         self.of_mean = self.graph.number(0.0 if mean is None else mean(self.mean, given))
 
@@ -146,6 +145,19 @@ class TracedPoint:
         names = (each for each in self.graph.inputs_of(outputs) if each.startswith("mean."))
         places = sorted(int(name.removeprefix("mean.")) for name in names)
         return {f"mean.{place}": Number(self.graph, place) for place in places}
+
+    @cached_property
+    def active(self) -> list[int]:
+        """Return the numbers of strains on which energies and rates depend."""
+        energies = [self.state.energy, self.dissipation, *self.rates]
+        return self.needed_by(self.graph.inputs_of(energies))
+
+    def needed_by(self, names: Container[str]) -> list[int]:
+        """Return the strains that are inputs, or whose rates, changes or weights are."""
+        letters = ("f", "g", "df", "dg", "w")
+        return [
+            k for k in range(len(self.f)) if any(f"{letter}.{k}" in names for letter in letters)
+        ]
 
     @property
     def pooled(self) -> Number:
@@ -272,6 +284,16 @@ class TracedPoint:
     def moduli(self) -> list[Number]:
         """Return ∂²(W + U' r)/∂F∂F at a constant mean, the lower half of it by rows."""
         return list(hessian(self._elastic, self.f).values())
+
+    @cached_property
+    def active_moduli(self) -> dict[tuple[int, int], Number]:
+        """Return ∂²W/∂f∂f of active strains where it is not zero, i >= j."""
+        some = [self.f[k] for k in self.active]
+        every = hessian(self.state.energy, some).items()
+        return {
+            (self.active[i], self.active[j]): bend
+            for (i, j), bend in every if bend.value != 0.0
+        }  # fmt: skip
 
     @cached_property
     def pooling(self) -> list[Number]:

@@ -1,7 +1,10 @@
 """Kernels that are made on the machine of the user, for what a scene has."""
 
+import hashlib
+import pickle
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property, partial
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import llvmlite.binding as llvm
@@ -31,7 +34,11 @@ class GeneratedKernel:
     @cached_property
     def address(self) -> int:
         """Return where the function is in memory."""
-        code = linked_code(self.name, self._write(self.name))
+        kept = _described(self._write)
+        if kept is None:
+            code = linked_code(self.name, self._write(self.name))
+        else:
+            code = machine_code(self.name, kept, lambda: _linked(self._write(self.name)))
         return int(code.get_function_address(self.name))
 
     def __call__(self, time: float, *arguments: Any) -> None:
@@ -43,6 +50,47 @@ class GeneratedKernel:
         """
         *vectors, record = arguments
         kernel_on(self, record, len(vectors))(time, *vectors)
+
+
+class _Describing(pickle.Pickler):
+    """Pickles values of classes of this package, and no others."""
+
+    def reducer_override(self, obj: Any) -> Any:
+        """Raise PicklingError for what other packages define."""
+        own = obj if isinstance(obj, type) or hasattr(obj, "__qualname__") else type(obj)
+        if own.__module__.split(".")[0] not in _KNOWN:
+            raise pickle.PicklingError(own.__module__)
+        return NotImplemented
+
+
+_KNOWN = ("tissuec", "builtins", "functools", "msgspec")
+
+
+def _described(write: "Callable[[str], LoopText]") -> bytes | None:
+    """Return bytes that say what a function writes before it does; None if nothing does.
+
+    They are those of its name and arguments, and hold while the files of this package stay as
+    they are.
+    """
+    if not isinstance(write, partial):
+        return None
+    found = BytesIO()
+    try:
+        _Describing(found).dump(write)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return None
+    return found.getvalue() + _state_of_files()
+
+
+@cache
+def _state_of_files() -> bytes:
+    """Return bytes that change with any file on which texts of functions depend."""
+    every = sorted(path for name in _FOLDERS for path in (PACKAGE / name).rglob("*.py"))
+    states = ((path.name, (own := path.stat()).st_mtime_ns, own.st_size) for path in every)
+    return hashlib.sha256(repr(list(states)).encode()).digest()
+
+
+_FOLDERS = ("autodiff", "compiled", "forces", "geometry", "laws")
 
 
 def linked_code(name: str, found: "LoopText") -> Any:

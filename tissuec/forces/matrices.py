@@ -91,6 +91,11 @@ class BlockPattern(NamedTuple):
         every = _entries(first, apart)
         np.add.at(room, every.ravel(), blocks.transpose(0, 3, 1, 4, 2).ravel())
 
+    def blocks(self, room: Floats) -> Floats:
+        """Return the blocks of items that share no node, shape (item, node, 3, node, 3)."""
+        first, apart = np.split(self.places, [-1], axis=-1)
+        return np.asarray(room[_entries(first, apart)].transpose(0, 2, 4, 1, 3))
+
     def matrix(self, room: Floats) -> "csc_matrix":
         """Return the matrix of blocks that are added up, shape (3 size, 3 size)."""
         from scipy.sparse import csc_matrix

@@ -6,14 +6,15 @@ from a ``autodiff.points.TracedPoint`` and ∂N/∂X; see ``solids.elements`` an
 """
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 ALIKE = 1e-9  # of the size of elements: differences of places that are rounding
-MANY = 2000  # elements of which a kernel finds the energies, which takes a while to make
+MANY = 2000  # energies of elements, from which on a kernel finds them: it takes time to make
 NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
 #: Returns the traced points of elements of a kind, such as a ``SolidKind``.
 Tracing = Callable[[Any], TracedPoint]
@@ -225,20 +226,29 @@ class PointField(ElementField, frozen=True, dict=True):
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        if position.ndim == 2 and self.item_count >= MANY and not self._present.tensors:
-            return self._measure_energy(len(position))(position.ravel())
+        if position.ndim == 2 and not self._present.tensors:
+            self._asked[0] += self.item_count
+            if self._asked[0] >= MANY:
+                return self._measure_energy(len(position))(position.ravel())
         found = np.empty((*position.shape[:-2], self.item_count))
         for part, own in self.in_blocks():
-            point, values = self.traced(own._present), own._values(position)
-            weight = own.weights
-            stored, pooled = evaluate([point.state.energy, point.pooled], values)
+            kind, _ = own._stiffened
+            point, weight = self.traced(kind), own.weights
+            outputs = [point.state.energy, point.pooled]
+            values = own._values(position, outputs, kind)
+            stored, pooled = evaluate(outputs, values)
             total = (weight * stored).sum(axis=-1)
             if point.is_pooled:
                 volume = weight.sum(axis=-1)
                 values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
                 total += volume * evaluate([point.of_mean], values)[0][..., 0]
-            found[..., part] = total + own._alone(point, position)
+            found[..., part] = total + own._alone(values)
         return found
+
+    @cached_property
+    def _asked(self) -> list[int]:
+        """Return how many energies have been asked for, one number."""
+        return [0]
 
     @kept_on_owner(1)
     def _measure_energy(self, nodes: int) -> Callable[[Floats], Floats]:
@@ -247,8 +257,12 @@ class PointField(ElementField, frozen=True, dict=True):
         volume = self.weights.sum(axis=1)
         return lambda x: volume * measure(x)[:, 0]
 
-    def _alone(self, point: TracedPoint, position: Floats) -> Floats | float:
-        """Return the energy that elements store beside their points [J], shape (…, element)."""
+    def _alone(self, values: Mapping[str, Floats]) -> Floats | float:
+        """Return the energy that elements store beside their points [J], shape (…, element).
+
+        Args:
+            values: As of ``_values``, for energies.
+        """
         return 0.0
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
@@ -473,6 +487,8 @@ class PointField(ElementField, frozen=True, dict=True):
     @property
     def relaxed(self) -> Self:
         """Return the elements without branches, which no longer flow; see ``Effect``."""
+        if not self.remembers:
+            return self  # with the tables that it keeps
         yielding = self.yielding and self.yielding.stopped
         return replace(self, branches=None, yielding=yielding)
 
@@ -787,9 +803,16 @@ class PointField(ElementField, frozen=True, dict=True):
         shapes = {name: max(1, each[:1].size) for name, each in found.items()}
         return {name: np.reshape(each, (-1, shapes[name])) for name, each in found.items()}
 
-    def _values(self, position: Floats) -> dict[str, Floats]:
-        """Return all inputs of a point, by name, shape (…, element, point)."""
-        kind, values = self._present, self._strains(position)
+    def _values(
+        self, position: Floats, outputs: Sequence[Number], kind: SolidKind | None = None
+    ) -> dict[str, Floats]:
+        """Return the inputs of outputs of a point, by name, shape (…, element, point).
+
+        Args:
+            kind: Of the point; by default, the present one.
+        """
+        kind = kind or self._present
+        values = self._strains(position, outputs, kind)
         for name, each in self._columns(kind).items():
             values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
         if kind.tensors:
@@ -800,7 +823,9 @@ class PointField(ElementField, frozen=True, dict=True):
                 values[f"t.{t}.{k}"] = tensors[..., t, :, :, k]
         return values
 
-    def _strains(self, position: Floats) -> dict[str, Floats]:
+    def _strains(
+        self, position: Floats, outputs: Sequence[Number], kind: SolidKind
+    ) -> dict[str, Floats]:
         """Return inputs that are strains; see ``_values``."""
         f, width = self.deformations(position), self.directions
         return {f"f.{k}": f[..., k // width, k % width] for k in range(3 * width)}
@@ -813,7 +838,7 @@ class PointField(ElementField, frozen=True, dict=True):
             position: Of all nodes [m], shape (…, node, 3).
         """
         numbers = self.traced(self._present).state.seen[name]
-        return evaluate(numbers, self._values(position)) if numbers else []
+        return evaluate(numbers, self._values(position, numbers)) if numbers else []
 
     def _recorded(self, name: str, position: Floats, velocity: Floats | None = None) -> Floats:
         """Return numbers of each point in a state, shape (element, point, number)."""
@@ -841,11 +866,22 @@ def record_kernel(
     traced: Tracing, kind: SolidKind, name: str, nodes: int, points: int
 ) -> tuple[GeneratedKernel, int]:
     """Return the kernel that records numbers of traced points, and how many there are."""
-    point = traced(kind)
-    outputs = point.state.seen[name] if name in point.state.seen else getattr(point, name)
     return GeneratedKernel(
-        f"points_{name}", lambda own: record_loop(own, point, outputs, nodes, points)
-    ), len(outputs)
+        f"points_{name}", partial(_recording, traced, kind, name, nodes, points)
+    ), len(_numbers_of(traced(kind), name))
+
+
+def _recording(
+    traced: Tracing, kind: SolidKind, name: str, nodes: int, points: int, own: str
+) -> LoopText:
+    """Return the loop that records numbers of points."""
+    point = traced(kind)
+    return record_loop(own, point, _numbers_of(point, name), nodes, points)
+
+
+def _numbers_of(point: TracedPoint, name: str) -> Sequence[Number]:
+    """Return what a point has under a name."""
+    return point.state.seen[name] if name in point.state.seen else getattr(point, name)
 
 
 @cache
@@ -853,19 +889,33 @@ def limit_kernel(
     traced: Tracing, kind: SolidKind, names: tuple[str, ...], nodes: int, points: int
 ) -> GeneratedKernel:
     """Return the kernel that records what limits of elements are of."""
+    return GeneratedKernel(
+        "points_limits", partial(_measuring, traced, kind, names, nodes, points)
+    )
+
+
+def _measuring(
+    traced: Tracing, kind: SolidKind, names: tuple[str, ...], nodes: int, points: int, own: str
+) -> LoopText:
+    """Return the loop that records what limits are of."""
     point = traced(kind)
     every = measures_of(point)
-    outputs = [every[name] for name in names]
-    return GeneratedKernel(
-        "points_limits", lambda own: mean_loop(own, point, outputs, nodes, points)
-    )
+    return mean_loop(own, point, [every[name] for name in names], nodes, points)
+
+
+def written(
+    loop: Callable[..., LoopText], traced: Tracing, kind: Any, *arguments: Any
+) -> LoopText:
+    """Return a loop over elements of a kind; its name is the last of the arguments."""
+    *rest, name = arguments
+    return loop(name, traced(kind), *rest)
 
 
 @cache
 def force_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
     """Return the kernel that adds forces, rates and powers of elements."""
     return GeneratedKernel(
-        "points_forces", lambda name: force_loop(name, traced(kind), nodes, points)
+        "points_forces", partial(written, force_loop, traced, kind, nodes, points)
     )
 
 
@@ -873,7 +923,7 @@ def force_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> Generat
 def matrix_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
     """Return the kernel that adds the matrices of elements to the blocks of a matrix."""
     return GeneratedKernel(
-        "points_matrices", lambda name: matrix_loop(name, traced(kind), nodes, points)
+        "points_matrices", partial(written, matrix_loop, traced, kind, nodes, points)
     )
 
 
@@ -884,5 +934,5 @@ def derivative_kernel(
 ) -> GeneratedKernel:  # fmt: skip
     """Return the kernel of ``pull_loop`` or ``push_loop``."""
     return GeneratedKernel(
-        f"points_{loop.__name__}", lambda name: loop(name, traced(kind), learnt, nodes, points)
+        f"points_{loop.__name__}", partial(written, loop, traced, kind, learnt, nodes, points)
     )

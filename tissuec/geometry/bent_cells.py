@@ -5,7 +5,11 @@ With the natural coordinates ξ of the nodes, -1 or 1, the edges and modes of a 
     A_k = Σ ξ_k X_a / 8,    h_1 = ηζ, h_2 = ζξ, h_3 = ξη, h_4 = ξηζ;
 
 b_a is the mean of ∂N_a/∂X over its volume. A^k are the duals of A_k, and n_k is the direction
-of A^k. See ``forces.solids.bent_cell`` for what follows from them. (Mean gradients, and modes
+of A^k. With r_k = Σ ξ_k x/8 and q_h = Σ h x/8 of nodes x, F = Σ x_a ⊗ b_a has
+
+    F A_k = r_k + Σ_h (Σ h b·A_k) (q_h - Σ_m (Σ h X/8·A^m) r_m).
+
+See ``forces.solids.bent_cell`` for what follows from them. (Mean gradients, and modes
 that uniform strain leaves at rest: D. P. Flanagan, T. Belytschko, Int. J. Numer. Meth. Eng.
 17:679, 1981.)
 """
@@ -23,6 +27,8 @@ MODES = np.stack(
     [CUBE[:, 1] * CUBE[:, 2], CUBE[:, 2] * CUBE[:, 0], CUBE[:, 0] * CUBE[:, 1],
      CUBE.prod(axis=1)]
 )  # fmt: skip
+#: Of the nodes in r_k and q_h.
+SHARES = np.vstack([CUBE.T, MODES]) / 8.0
 #: Natural coordinates of the points, of which each stands for an eighth of the volume.
 POINTS = CUBE / np.sqrt(3.0)
 #: The two directions of the plane across each.
@@ -35,7 +41,7 @@ BOX_WIDTHS = {"inverse_length": 3, "twist": 9, "volume": 1}
 _STRAIGHT = 1e-13  # of the edges: rounding
 #: How many numbers of a cell each attribute has.
 WIDTHS = {
-    "mean": 24, "modes": 12, "edges": 9, "inverse_square": 3, "bend": 54, "trace": 9,
+    "modes": 12, "dual": 9, "slant": 12, "inverse_square": 3, "bend": 54, "trace": 9,
     "lateral": 18, "twist": 9, "skew": 6, "slope": 3, "volume": 1, "steep": 1,
 }  # fmt: skip
 
@@ -44,9 +50,9 @@ class BentCells(NamedTuple):
     """Hexahedra as drawn; each attribute has a row for each cell.
 
     Attributes:
-        mean: b [1/m], shape (cell, node, 3).
-        modes: Σ h X / 8 of all modes [m], shape (cell, 4, 3).
-        edges: A_k [m], shape (cell, 3, 3), by component and k.
+        modes: Of all modes, Σ h X / 8 = Σ m_k A_k; shape (cell, 4, 3).
+        dual: A^k [1/m], shape (cell, 3, 3), by k and component.
+        slant: Σ h b·A_k of all modes, shape (cell, 4, 3).
         inverse_square: 1/|A_k|² [1/m²], shape (cell, 3).
         bend: Tensors without trace of the three curvatures of each plane, for relative ones
             [1/m²], flat, shape (cell, plane, curvature, 6).
@@ -59,9 +65,9 @@ class BentCells(NamedTuple):
         steep: Σ |A^k|² [1/m²], shape (cell,).
     """
 
-    mean: Floats
     modes: Floats
-    edges: Floats
+    dual: Floats
+    slant: Floats
     inverse_square: Floats
     bend: Floats
     trace: Floats
@@ -84,7 +90,8 @@ class BentCells(NamedTuple):
         size = np.linalg.det(sides)
         volume = size.sum(axis=1)
         inverse = np.linalg.inv(sides)
-        steep = np.einsum("qak,eqkx,eq->eax", shape.gradients, inverse, size)
+        mean = np.einsum("qak,eqkx,eq->eax", shape.gradients, inverse, size)
+        mean = mean / volume[:, None, None]
         edges = np.einsum("ak,eax->exk", CUBE, corners) / 8.0
         modes = np.einsum("ha,eax->ehx", MODES, corners) / 8.0
         dual = np.asarray(np.linalg.inv(edges), dtype=float)  # rows
@@ -109,9 +116,9 @@ class BentCells(NamedTuple):
             over = (dual[:, k] ** 2).sum(axis=1)
             for n, m in enumerate((i, j)):
                 skew[:, k, n] = np.einsum("ex,ex->e", dual[:, m], dual[:, k]) / over
+        slant = np.einsum("ha,eax->ehx", MODES, mean) @ edges
         return cls(
-            steep / volume[:, None, None],
-            modes, edges, 1.0 / square,
+            modes @ dual.swapaxes(1, 2), dual, slant, 1.0 / square,
             bend, trace, lateral, _twists(square), skew, _slopes(edges, modes), volume,
             (dual**2).sum(axis=(1, 2)),
         )  # fmt: skip
@@ -125,10 +132,10 @@ class BentCells(NamedTuple):
     @property
     def are_boxes(self) -> bool:
         """Return whether all have edges along the axes, so that ``BOX_WIDTHS`` are enough."""
-        upright = np.einsum("exk,ek->exk", self.edges, np.sqrt(self.inverse_square)) - np.eye(3)
-        bent = np.einsum("ehx,ek->ehxk", self.modes, np.sqrt(self.inverse_square))
-        ends = (np.abs(each).max(initial=0.0) for each in (upright, bent))
-        return max(ends) <= _STRAIGHT
+        length = 1.0 / np.sqrt(self.inverse_square)
+        upright = np.einsum("ekx,ek->ekx", self.dual, length) - np.eye(3)
+        ends = (np.abs(each).max(initial=0.0) for each in (upright, self.modes))
+        return bool(max(ends) <= _STRAIGHT)
 
     @property
     def boxes(self) -> Floats:

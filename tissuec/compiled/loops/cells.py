@@ -1,16 +1,19 @@
 """Loops over elements whose points are strained by all nodes together; see ``autodiff.cells``.
 
-What points add up are forces on these strains, of which those on nodes follow. Tables have
-where points are in the place of gradients of shape functions.
+What points add up are forces on coefficients of strains, of which those on nodes follow. Rooms
+of places and velocities have z and dz/dt. Tables have where points are in the place of
+gradients of shape functions.
 """
 
 from collections.abc import Mapping, Sequence, Set
 
-from tissuec.autodiff.cells import TracedCell
+from tissuec.autodiff.cells import TERMS, TracedCell
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.loops.point_frame import PointLoop, parted
 from tissuec.compiled.loops.tables import LANES
+
+AXES = 3
 
 
 def point_loop(point: TracedPoint, nodes: int, points: int) -> PointLoop:
@@ -36,15 +39,17 @@ class CellLoop(PointLoop):
 
     def __init__(self, point: TracedPoint, cell: TracedCell, nodes: int, points: int):
         super().__init__(point, nodes, points)
-        self.cell, self.strained = cell, self.components
+        self.cell, self.strained = cell, len(cell.strains)
         #: Places of the numbers as drawn, by their names.
         self._drawn = {str(each.operation.detail): k for k, each in enumerate(cell.drawn)}
+        self._needed: Sequence[int] = ()
+        self.at = self.flow = ""
 
     # --- points -----------------------------------------------------------------------------
 
     @property
     def row_shape(self) -> tuple[int, int]:
-        return len(self.point.at), 1
+        return AXES, 1
 
     @property
     def of_element(self) -> Sequence[Number]:
@@ -52,25 +57,67 @@ class CellLoop(PointLoop):
 
     def strain(self, needed: Set[str]) -> tuple[str, str]:
         """Return where strains are kept, and their rates; see ``PointLoop``."""
-        strain = self.keep(self.of_cell(self.cell.strains))
-        rate = self.keep(self.of_cell(self.cell.rates)) if self.flow else ""
+        own, also = set(self.point.needed_by(needed)), set(self.point.active)
+        self._needed = sorted(own | also)
+        strain = self._kept(self.cell.strains, self._needed)
+        rate = self._kept(self.cell.rates, self._needed) if self.flow else ""
         if "swell" in needed:
             (self.values["swell"],) = self.of_cell([self.cell.swell])
         return strain, rate
 
-    def at_point(self, q: str) -> tuple[list[list[str]], str, dict[str, str]]:
-        """Return where a point is, its volume, and the values of all inputs."""
-        place, weight, values = super().at_point(q)
-        return place, weight, values | {f"at.{k}": value for k, (value,) in enumerate(place)}
+    def _kept(
+        self, outputs: Sequence[Number], strains: Sequence[int],
+        given: Mapping[str, str] | None = None, /, **rooms: str,
+    ) -> str:  # fmt: skip
+        """Return where numbers that belong to coefficients are: those of some strains."""
+        room = self.room_of(self.strained)
+        some = [q for k in strains for q in self._coefficients(k)]
+        values = self.of_cell([outputs[q] for q in some], given, **rooms)
+        for q, value in zip(some, values, strict=True):
+            self.put(value, room, q)
+        return room
+
+    def _coefficients(self, strain: int) -> range:
+        begins = self.cell.begins
+        return range(begins[strain], begins[strain + 1])
+
+    def gathered(self, vector: str) -> str:
+        """Return where z of a vector at the nodes is kept."""
+        return self.vectors_of(super().gathered(vector))
+
+    def vectors_of(self, room: str) -> str:
+        """Return where z is, given where components of nodes are."""
+        return self.keep(self.of_cell(self.cell.vectors, node=room))
+
+    def slopes_at(self, q: str) -> tuple[list[list[str]], str]:
+        """Return the ``TERMS`` at a point but for the first, which is 1; and its volume."""
+        at, weight = super().slopes_at(q)
+        terms = list[list[str]]()
+        for first, *more in TERMS[1:]:
+            value = at[first][0]
+            for axis in more:
+                value = self.code.add(f"fmul {self.code.kind} {value}, {at[axis][0]}")
+            terms.append([value])
+        return terms, weight
 
     def gradient_of(self, room: str, slopes: Sequence[Sequence[str]]) -> list[str]:
-        """Return strains that are kept: those of a point are those of its element."""
-        return [self.read(room, k) for k in range(self.components)]
+        """Return the strains of a point by kept coefficients; of those that matter."""
+        found = [""] * self.components
+        for k in self._needed:
+            first, *more = self._coefficients(k)
+            value = self.read(room, first)
+            for q, (term,) in zip(more, slopes, strict=False):
+                value = self.code.fused(self.read(room, q), term, value)
+            found[k] = value
+        return found
 
     def push(self, room: str, stress: Sequence[str], slopes: Sequence[Sequence[str]]) -> None:
-        """Add forces on strains."""
-        for k, value in enumerate(stress):
-            self.add_up(value, room, k)
+        """Add forces on coefficients."""
+        for k in self.point.active:
+            first, *more = self._coefficients(k)
+            self.add_up(stress[k], room, first)
+            for q, (term,) in zip(more, slopes, strict=False):
+                self.put(self.code.fused(stress[k], term, self.read(room, q)), room, q)
 
     # --- elements ---------------------------------------------------------------------------
 
@@ -81,7 +128,7 @@ class CellLoop(PointLoop):
 
         Args:
             given: Values of further inputs.
-            rooms: Where others than places and velocities are, by the first letters of their
+            rooms: Where others than z and dz/dt are, by the first letters of their
                 names.
         """
         code, places = self.code, self._drawn
@@ -101,8 +148,17 @@ class CellLoop(PointLoop):
     def forces(self, pulls: str) -> str:
         """Return where forces on nodes and the lost power are; see ``PointLoop``."""
         *found, alone = self.of_cell([*self.cell.pull, self.cell.power], pull=pulls)
-        lost = self.read(pulls, self.strained)
-        return self.keep([*found, self.code.add(f"fadd {self.code.kind} {lost}, {alone}")])
+        lost = self.code.add(
+            f"fadd {self.code.kind} {self.read(pulls, self.strained)}, {alone}"
+        )
+        return self.keep([*self._spread(found), lost])
+
+    def at_nodes(self, room: str) -> str:
+        """Return where forces on nodes are, given where those on z are."""
+        return self.keep(self._spread([self.read(room, k) for k in range(len(self.cell.x))]))
+
+    def _spread(self, forces: Sequence[str]) -> list[str]:
+        return self.of_cell(self.cell.spread, {f"push.{k}": f for k, f in enumerate(forces)})
 
     def carried(
         self, dx: str, dv: str = "", numbers: Sequence[Number] = (),
@@ -110,7 +166,7 @@ class CellLoop(PointLoop):
     ) -> str:  # fmt: skip
         """Return where the changes of strains are, or those of their rates."""
         outputs = self.cell.turned(numbers) if dv else self.cell.carried(numbers)
-        return self.keep(self.of_cell(outputs, given, dx=dx, dv=dv))
+        return self._kept(outputs, self._needed, given, dx=dx, dv=dv)
 
     def pulls(self, stress: Sequence[Number]) -> str:
         """Return where the forces on strains by a stress are, all points added up."""
@@ -131,7 +187,7 @@ class CellLoop(PointLoop):
         """Return where derivatives by places and velocities are; see ``TracedCell.pulled``.
 
         Args:
-            load: Where the weights of the nodes are.
+            load: Where the weights of z are.
             by_q, by_rate: Where derivatives by strains and their rates are.
             by: Where those by numbers are, which are added to.
             numbers: What these are by.
@@ -141,7 +197,7 @@ class CellLoop(PointLoop):
             "by_q": by_q, "by_rate": by_rate,
         }  # fmt: skip
         every = self.of_cell(self.cell.pulled(numbers), **rooms)
-        by_x, by_v, of_numbers = parted(every, 3 * self.nodes, 3 * self.nodes)
+        by_x, by_v, of_numbers = parted(every, len(self.cell.x), len(self.cell.v))
         for k, each in enumerate(of_numbers):
             self.add_up(each, by, k)
-        return self.keep(by_x), self.keep(by_v)
+        return self.keep(self._spread(by_x)), self.keep(self._spread(by_v))

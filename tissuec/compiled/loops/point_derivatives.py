@@ -113,8 +113,9 @@ def push_loop(
                 for vector, room in (("dx", dx), ("dv", dv)):
                     loop.put(loop.strided(vector, places, axis, m), room, 3 * corner + axis)
         given = _changes_of_numbers(loop, learnt, numbers, m)
+        moved, faster = loop.vectors_of(dx), loop.vectors_of(dv)
         with_numbers = learnt_numbers, given
-        strain, rate = loop.carried(dx, "", *with_numbers), loop.carried(dx, dv, *with_numbers)
+        strain, rate = (loop.carried(moved, each, *with_numbers) for each in ("", faster))
         loop.clear(df, loop.strained)
 
         if point.is_pooled:
@@ -129,11 +130,11 @@ def push_loop(
             for tensor, moved in enumerate(loop.kept_at(q, "dv", m)):
                 scaled = loop.times(values[f"p.inverse_rate.{tensor}"], moved)
                 values |= {f"dt.{tensor}.{k}": one for k, one in enumerate(scaled)}
-            stress, faster = parted(code.write(outputs, values | given), loop.components)
+            stress, rising = parted(code.write(outputs, values | given), loop.components)
             minus = code.add(f"fneg {code.kind} {weight}")
             loop.push(df, loop.times(minus, stress), slopes)
             every = loop.rates_of(values)
-            for k, each in enumerate(faster):
+            for k, each in enumerate(rising):
                 loop.put(loop.times(every[k // loop.kept_numbers], [each])[0], rates, k)
             if kept:
                 loop.give("give", q, rates, "df", m)
@@ -141,9 +142,9 @@ def push_loop(
         loop.each_point("push", push)
         forces = df
         if isinstance(loop, CellLoop):
-            rooms = {"pull": pulls, "dx": dx, "dv": dv, "dpull": df}
+            rooms = {"pull": pulls, "dx": moved, "dv": faster, "dpull": df}
             changed = loop.cell.pushed(learnt_numbers)
-            forces = loop.keep(loop.of_cell(changed, given, **rooms))
+            forces = loop.at_nodes(loop.keep(loop.of_cell(changed, given, **rooms)))
         loop.each_lane(lambda: loop.scatter_change(forces, "df", m))
 
     loop.repeat("changes", "%room.shape", change)

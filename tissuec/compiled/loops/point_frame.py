@@ -268,6 +268,14 @@ class PointLoop(ItemLoop):
         """Return where forces on nodes and the lost power are, given what points add up."""
         return pulls
 
+    def vectors_of(self, room: str) -> str:
+        """Return where that is kept which strains points, given components of nodes."""
+        return room
+
+    def at_nodes(self, room: str) -> str:
+        """Return where forces on nodes are, given those on ``vectors_of`` them."""
+        return room
+
     def carried(
         self, dx: str, dv: str = "", numbers: Sequence[Number] = (),
         given: Mapping[str, str] | None = None,

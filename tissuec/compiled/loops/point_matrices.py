@@ -1,10 +1,11 @@
-"""Loops over elements that add their matrices to a sparse one, or write parts of them."""
+"""Loops over elements that add their matrices to a sparse one."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 
 from tissuec.autodiff.emission import Writer
 from tissuec.autodiff.points import TracedPoint
+from tissuec.compiled.loops.cell_matrices import cell_matrices, cell_rows
 from tissuec.compiled.loops.cells import CellLoop
 from tissuec.compiled.loops.frame import LoopText, transposed
 from tissuec.compiled.loops.point_frame import PointLoop, PointTable, parted
@@ -15,10 +16,11 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
     """Return the loop that adds ∂²E/∂x∂x of elements to the entries of a sparse matrix.
 
     They are Σ w ∂N/∂X ∂²W/∂F∂F ∂N/∂X + U''/V p pᵀ with p = Σ w ∂r/∂F ∂N/∂X; the arguments are
-    those of ``force_loop``. Those of cells are found column by column.
+    those of ``force_loop``.
     """
     if point.cell is not None:
-        return _cell_matrix_loop(name, point, nodes, points)
+        cells = CellLoop(point, point.cell, nodes, points)
+        return _added(name, cells, cell_matrices(cells), cell_rows(nodes))
     loop = PointLoop(point, nodes, points)
     code, width, rows = loop.code, point.directions, _rows(nodes)
     size = filled_count(len(rows))
@@ -58,123 +60,19 @@ def matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopT
             (both,) = loop.times(rise, [pushed[3 * a + i]])
             value = code.fused(both, pushed[3 * b + j], loop.read(halves, row))
             loop.put(value, halves, row)
-    _add_matrices(loop, halves, size, rows)
-    return loop.text(name, ("x", "v", "out"), PointTable)
+    return _added(name, loop, halves, rows)
 
 
-def _cell_matrix_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
-    """Return ``matrix_loop`` of cells."""
-    loop, side = _cell_loop(point, nodes, points), 3 * nodes
-    halves = loop.room_of(side * side)
-    _each_column(loop, "elastic", "x", lambda value, at: loop.put(value, halves, at))
-    rows = {
-        (a, b, i, j): (3 * b + j) * side + 3 * a + i
-        for a in range(nodes) for b in range(a + 1) for i in range(3) for j in range(3)
-    }  # fmt: skip
-    _add_matrices(loop, halves, side * side, rows)
-    return loop.text(name, ("x", "v", "out"), PointTable)
-
-
-def column_loop(
-    name: str, point: TracedPoint, forces: str, by: str, nodes: int, points: int
+def _added(
+    name: str, loop: PointLoop, halves: str, rows: Mapping[tuple[int, int, int, int], int]
 ) -> LoopText:
-    """Return the loop that writes minus derivatives of forces of cells, column by column.
+    """Return the loop that adds matrices of elements to the entries of ``matrix_loop``.
 
     Args:
-        name: Of the function.
-        point: Of the cells.
-        forces: "elastic" or "braking".
-        by: "x", places, or "v", velocities.
-        nodes, points: Of each cell.
-    """
-    loop = _cell_loop(point, nodes, points)
-    code, side = loop.code, 3 * nodes
-    base = loop.row_of_blocks("out", side * side)
-
-    def write(value: str, at: str) -> None:
-        code.store(value, code.address(base, code.add(f"mul i64 {at}, {LANES}")))
-
-    _each_column(loop, forces, by, write)
-    return loop.text(name, ("x", "v", "out"), PointTable)
-
-
-def strain_loop(name: str, point: TracedPoint, nodes: int, points: int) -> LoopText:
-    """Return the loop that writes the derivatives of strains of cells, column by column."""
-    loop = _cell_loop(point, nodes, points)
-    code, count = loop.code, loop.strained
-    base = loop.row_of_blocks("out", 3 * nodes * count)
-    loop.begin([])
-    dx = loop.room_of(3 * nodes)
-    loop.clear(dx, 3 * nodes)
-
-    def column(c: str) -> None:
-        loop.put(code.constant(1.0), dx, c)
-        changes = loop.carried(dx)
-        loop.put(code.constant(0.0), dx, c)
-        first = code.add(f"mul i64 {c}, {count}")
-        for k in range(count):
-            at = code.add(f"mul i64 {code.add(f'add i64 {first}, {k}')}, {LANES}")
-            code.store(loop.read(changes, k), code.address(base, at))
-
-    loop.repeat("columns", 3 * nodes, column)
-    return loop.text(name, ("x", "v", "out"), PointTable)
-
-
-def _each_column(
-    loop: CellLoop, forces: str, by: str, write: Callable[[str, str], None]
-) -> None:
-    """Write minus the derivatives of forces of cells by each component of their nodes.
-
-    Args:
-        forces, by: As of ``column_loop``.
-        write: Writes an entry, given its place, column by column.
-    """
-    code, point, side = loop.code, loop.point, 3 * loop.nodes
-    stress, changed = point.stress_of(forces), point.changed(forces)
-    loop.begin([*stress, *changed, *point.stress], moves=forces == "braking")
-    pulls, dpull = loop.pulls(stress), loop.room_of(loop.strained)
-    moved, still = loop.room_of(side), loop.room_of(side)
-    loop.clear(moved, side)
-    loop.clear(still, side)
-    dx, dv = (moved, still) if by == "x" else (still, moved)
-
-    def column(c: str) -> None:
-        loop.put(code.constant(1.0), moved, c)
-        strain = loop.carried(dx)
-        rate = loop.carried(dx, dv) if forces == "braking" else ""
-        loop.clear(dpull, loop.strained)
-
-        def change(q: str) -> None:
-            slopes, weight, values = loop.at_point(q)
-            for letter, room in (("df", strain), ("dg", rate)):
-                every = loop.gradient_of(room, slopes) if room else ()
-                values |= {f"{letter}.{k}": one for k, one in enumerate(every)}
-            minus = code.add(f"fneg {code.kind} {weight}")
-            loop.push(dpull, loop.times(minus, code.write(changed, values)), slopes)
-
-        loop.each_point("change", change)
-        rooms = {"pull": pulls, "dx": dx, "dv": dv, "dpull": dpull}
-        found = loop.of_cell(loop.cell.stiffened(forces), **rooms)
-        loop.put(code.constant(0.0), moved, c)
-        first = code.add(f"mul i64 {c}, {side}")
-        for k, value in enumerate(found):
-            minus = code.add(f"fneg {code.kind} {value}")
-            write(minus, code.add(f"add i64 {first}, {k}"))
-
-    loop.repeat("columns", side, column)
-
-
-def _add_matrices(
-    loop: PointLoop, halves: str, size: int, rows: Mapping[tuple[int, int, int, int], int]
-) -> None:
-    """Add the matrices of elements to the entries of ``matrix_loop``.
-
-    Args:
-        halves: Where their lower halves are.
-        size: How many numbers are there, a multiple of LANES.
+        halves: Where their lower halves are, and room for a multiple of LANES.
         rows: Of the entries, by nodes and components.
     """
-    code = loop.code
+    code, size = loop.code, filled_count(max(rows.values()) + 1)
 
     def turn(block: str) -> None:
         # Squares are transposed in their places, so that numbers of a lane are side by side.
@@ -186,6 +84,7 @@ def _add_matrices(
 
     loop.repeat("turn", size // LANES, turn)
     loop.each_lane(lambda: _add_blocks(loop, halves, rows))
+    return loop.text(name, ("x", "v", "out"), PointTable)
 
 
 def _add_blocks(
@@ -228,12 +127,6 @@ def _turned(code: Writer, own: str, rows: Sequence[int]) -> str:
         number = code.load(code.address(own, place), "double")
         found = code.add(f"insertelement {kind} {found}, double {number}, i64 {k}")
     return found
-
-
-def _cell_loop(point: TracedPoint, nodes: int, points: int) -> CellLoop:
-    """Return a writer of one loop over cells."""
-    assert point.cell is not None
-    return CellLoop(point, point.cell, nodes, points)
 
 
 def _rows(nodes: int) -> dict[tuple[int, int, int, int], int]:

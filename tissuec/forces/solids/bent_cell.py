@@ -41,69 +41,65 @@ patch test do: R. H. MacNeal, Finite Elem. Anal. Des. 11:175, 1992.)
 """
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor, Vector
-from tissuec.autodiff.cells import CellState
+from tissuec.autodiff.graph import Operand
 from tissuec.autodiff.points import PLACES
-from tissuec.geometry.bent_cells import ACROSS, MODES
-from tissuec.geometry.elements import CUBE
+from tissuec.geometry.bent_cells import ACROSS, SHARES
 
 LEAST_SQUARE = 0.16  # of |e_k|/|A_k|, so that flat cells have finite curvatures
 GUARD = 0.2  # ratio of volumes below which modes resist
 _TINY = 1e-12  # of what is under a root
 
 
-def deformed(
-    numbers: Sequence[Number], at: Sequence[Number], rates: Sequence[Number] | None = None
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Return F, F (1 + D) and F D at a point; or their rates.
+class CurvedStrain:
+    """The strain of a cell at its points, as coefficients of ``autodiff.cells.TERMS``.
 
     Args:
-        numbers: F row by row, and the halves of D_1 to D_3 and A, 33 numbers.
-        at: ξ of the point.
-        rates: dF/dt and halves of dD/dt, as the numbers; None for F and D themselves.
+        right: C at the middle.
+        bends: D_1 to D_3.
+        uneven: A.
+        mean: F.
     """
-    mean, own = _mean_and_bend(numbers, at)
-    bent = mean @ own
-    if rates is not None:
-        moving, bending = _mean_and_bend(rates, at)
-        mean, bent = moving, moving @ own + mean @ bending
-    return mean, mean + bent, bent
 
+    def __init__(self, right: Tensor, bends: Sequence[Tensor], uneven: Tensor, mean: Tensor):
+        self._right, self._bends, self._mean = right, bends, mean
+        self._turned = [right @ each for each in bends]
+        self._uneven = autodiff.symmetric_part(uneven @ right)
 
-def evened(numbers: Sequence[Number]) -> tuple[Tensor, Tensor]:
-    """Return F, and the mean of C over the eight points."""
-    mean = Tensor(numbers[k : k + 3] for k in (0, 3, 6))
-    total = square(mean)
-    for k in range(3):
-        at = [numbers[0].graph.number(float(k == m)) for m in range(3)]
-        _, own = _mean_and_bend(numbers, at)
+    @property
+    def trace(self) -> list[Number]:
+        """Return tr C."""
         # Mean squares of natural coordinates are 1/3, and C has D squared twice.
-        total = total + 2.0 / 3.0 * square(mean @ own)
-    return mean, narrowed(total, mean, numbers)
+        pairs = zip(self._turned, self._bends, strict=True)
+        both = sum((inner(a, b) for a, b in pairs), start=0.0)
+        linear = [2.0 * inner(self._right, each) for each in self._bends]
+        mixed = [4.0 * inner(self._turned[i], self._bends[j]) for i, j in ACROSS]
+        first = autodiff.trace(self._right - self._uneven) + 2.0 / 3.0 * both
+        return [first, *linear, *mixed]
+
+    @property
+    def right(self) -> list[Tensor]:
+        """Return the coefficients of C."""
+        squared = [[a @ b for b in self._turned] for a in self._bends]
+        first = self._right - self._uneven
+        for k in range(3):
+            first = first + 2.0 / 3.0 * squared[k][k]
+        linear = [each + each.transposed for each in self._turned]
+        mixed = [2.0 * (squared[i][j] + squared[j][i]) for i, j in ACROSS]
+        return [first, *linear, *mixed]
+
+    @property
+    def form(self) -> list[Tensor]:
+        """Return the coefficients of F (1 + D)."""
+        return [self._mean, *(self._mean @ each for each in self._bends)]
 
 
-def narrowed(right: Tensor, mean: Tensor, numbers: Sequence[Number]) -> Tensor:
-    """Return C with the strain of second order of cells whose planes are strained unevenly.
-
-    Args:
-        right: C without that.
-        numbers: As of ``deformed``; the last six are the half of A.
-    """
-    place = {each: k for k, each in enumerate(PLACES[3])}
-    a = Tensor([numbers[27 + place[min(m, n), max(m, n)]] for n in range(3)] for m in range(3))
-    return symmetric(right - autodiff.symmetric_part(a @ square(mean)))
-
-
-def _mean_and_bend(
-    numbers: Sequence[Number], at: Sequence[Number]
-) -> tuple[Tensor, Tensor]:  # fmt: skip
-    halves = (numbers[9 + 6 * k : 15 + 6 * k] for k in range(3))
-    half = [autodiff.dot(at, each) for each in zip(*halves, strict=True)]
-    place = {each: k for k, each in enumerate(PLACES[3])}
-    bend = Tensor([half[place[min(m, n), max(m, n)]] for n in range(3)] for m in range(3))
-    return Tensor(numbers[k : k + 3] for k in (0, 3, 6)), bend
+def inner(a: Tensor, b: Tensor) -> Number:
+    """Return the sum of the products of components."""
+    return autodiff.dot(a.flat, b.flat)
 
 
 def square(a: Tensor) -> Tensor:
@@ -116,6 +112,26 @@ def symmetric(a: Tensor) -> Tensor:
     return Tensor([a.rows[min(i, k)][max(i, k)] for k in range(3)] for i in range(3))
 
 
+def from_half(half: Sequence[Number]) -> Tensor:
+    """Return a symmetric tensor from its numbers in the order of ``PLACES``."""
+    place = {each: k for k, each in enumerate(PLACES[3])}
+    return Tensor([half[place[min(m, n), max(m, n)]] for n in range(3)] for m in range(3))
+
+
+def vectors_of(x: Sequence[Vector]) -> list[Vector]:
+    """Return Σ ξ_k x/8 and Σ h x/8 of the nodes x of a cell, of all edges and modes."""
+    return [_summed(x, each) for each in SHARES.tolist()]
+
+
+def _combined(vectors: Sequence[Vector], factors: Sequence[Number]) -> Vector:
+    """Return a sum of vectors with factors."""
+    parts = [factor * each for factor, each in zip(factors, vectors, strict=True)]
+    found = parts[0]
+    for each in parts[1:]:
+        found = found + each
+    return found
+
+
 class _Modes:
     """Edges and modes of a cell.
 
@@ -126,21 +142,25 @@ class _Modes:
         g: Modes without what F gives them.
     """
 
-    def __init__(self, x: Sequence[Vector], c: Numbers):
-        self.r = [_summed(x, CUBE[:, k].tolist()) for k in range(3)]
-        self.q = [_summed(x, mode) for mode in MODES.tolist()]
+    def __init__(self, vectors: Sequence[Vector], c: Numbers):
+        self.r, self.q = vectors[:3], vectors[3:]
         if "inverse_length" in vars(c):  # a box, whose edges are along the axes
             over: Sequence[Number] = c.inverse_length
             self.mean = Tensor([self.r[k][m] * over[k] for k in range(3)] for m in range(3))
             self.e, self.g = self.r, self.q
             return
-        columns = [[c.mean[3 * a + k] for a in range(8)] for k in range(3)]
+        parts = [c.modes[3 * h : 3 * h + 3] for h in range(4)]
+        beside = [q - _combined(self.r, own) for q, own in zip(self.q, parts, strict=True)]
+        self.e = [
+            r + _combined(beside, [c.slant[3 * h + k] for h in range(4)])
+            for k, r in enumerate(self.r)
+        ]
+        self.g = [q - _combined(self.e, own) for q, own in zip(self.q, parts, strict=True)]
+        dual = [c.dual[3 * k : 3 * k + 3] for k in range(3)]
         self.mean = Tensor(
-            [autodiff.dot([each[m] for each in x], column) for column in columns]
+            [autodiff.dot([e[m] for e in self.e], [each[n] for each in dual]) for n in range(3)]
             for m in range(3)
         )
-        self.e = [self.mean.of([c.edges[3 * m + k] for m in range(3)]) for k in range(3)]
-        self.g = [q - self.mean.of(c.modes[3 * h : 3 * h + 3]) for h, q in enumerate(self.q)]
 
     def curvatures(self, squares: Sequence[Number]) -> list[list[Number]]:
         """Return κ_ii, κ_jj and κ_ij of each plane."""
@@ -223,14 +243,37 @@ def bending_moduli(p: Numbers) -> tuple[Number, Number, Number]:
     return lateral, slow, 9.0 * bulk * shear / (3.0 * bulk + shear)
 
 
+class BentCell(NamedTuple):
+    """The strain of a cell, and what it stores beside its points.
+
+    Attributes:
+        bending: Its strain at points.
+        mean: F.
+        energy: Per volume [Pa].
+        dissipation: Per volume [W/m³].
+        ratio: Its volume over that as drawn.
+        volumetric: The part of the energy that depends on the ratio alone [Pa].
+        between, inner: As of ``CellState``.
+    """
+
+    bending: CurvedStrain
+    mean: Tensor
+    energy: Number
+    dissipation: Operand
+    ratio: Number
+    volumetric: Number
+    between: Sequence[Number]
+    inner: Sequence[Vector]
+
+
 def strained(
     x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers,
     of_volume: Callable[[Number, Numbers], Number], *, is_viscous: bool,
-) -> CellState:  # fmt: skip
-    """Return the strains of a cell, and the energy that it stores beside its points.
+) -> BentCell:  # fmt: skip
+    """Return the strain of a cell, and what it stores beside its points.
 
     Args:
-        x, v: Of its nodes.
+        x, v: What ``vectors_of`` returns of places and of velocities.
         c: Numbers of the cell as drawn, those of ``BentCells``.
         p: Numbers of the element; shear and bulk moduli.
         of_volume: Energy of a ratio of volumes [Pa].
@@ -243,9 +286,19 @@ def strained(
         for k, e in enumerate(modes.e)
     ]
     kappa = modes.curvatures(squares)
-    strains = [*modes.mean.flat, *_bends(kappa, lateral, c)]
+    twists = [
+        autodiff.dot([each[2] for each in kappa], c.twist[3 * k : 3 * k + 3]) for k in range(3)
+    ]
+    kappa = [[*each[:2], twist] for each, twist in zip(kappa, twists, strict=True)]
+    bends, uneven = _bends(kappa, lateral, c)
+    right = square(modes.mean)
+    bending = CurvedStrain(right, bends, uneven, modes.mean)
     ratio = 8.0 * modes.volume / c.volume
-    swelling = _swelling(modes, ratio, c)
+    slopes = [8.0 / c.volume * each for each in modes.slopes]
+    skewed = _skewed(modes, c)
+    across = zip(slopes, skewed, c.slope, strict=True)
+    # What the volume changes by along ξ_k, without what is across the plane.
+    swelling = [a - b - 8.0 / c.volume * ratio * drawn for a, b, drawn in across]
     both = autodiff.dot(swelling, swelling)
     volumetric = of_volume(ratio, p)
     stored = slow / 6.0 * both + volumetric
@@ -256,9 +309,9 @@ def strained(
     least = autodiff.minimum(j, ratio - autodiff.sqrt(both + _TINY))
     part = autodiff.minimum(autodiff.maximum(1.0 - least / GUARD, 0.0), 1.0)
     part = part * part * (3.0 - 2.0 * part)
-    size = sum((autodiff.square(g) for g in modes.g), start=0.0)
+    size = autodiff.dot(*2 * [[each for g in modes.g for each in g]])
     stored = stored + part * p.shear * c.steep / 6.0 * size
-    loss: Number | float = 0.0
+    loss: Operand = 0.0
     if is_viscous:
         moving = _Modes(v, c)
         faster = [
@@ -266,46 +319,51 @@ def strained(
             for a, b in zip(moving.e, modes.e, strict=True)
         ]
         loss = p.viscosity / 6.0 * autodiff.dot([a * a for a in faster], weights)
-    return CellState(strains, stored, loss, ratio, volumetric)
+    half = [right.rows[m][n] for m, n in PLACES[3]]
+    curved = [each for own in kappa for each in own]
+    between = [*half, *curved, j, ratio, *squares, *slopes, *skewed, *last, size]
+    inner = [*modes.e, *modes.g]
+    state = bending, modes.mean, stored, loss, ratio, volumetric, between, inner
+    return BentCell(*state)
 
 
-def _bends(kappa: Sequence[Sequence[Number]], lateral: Number, c: Numbers) -> list[Number]:
-    """Return the halves of D_1 to D_3 and A.
+def _bends(
+    kappa: Sequence[Sequence[Number]], lateral: Number, c: Numbers
+) -> tuple[list[Tensor], Tensor]:
+    """Return D_1 to D_3 and A.
 
     Args:
-        kappa: Curvatures of each plane.
+        kappa: Curvatures of each plane, with twists that are coupled.
         lateral: β.
         c: As of ``strained``.
     """
-    twists = [
-        autodiff.dot([each[2] for each in kappa], c.twist[3 * k : 3 * k + 3]) for k in range(3)
-    ]
-    strains: list[Number] = []
+    bends: list[Tensor] = []
     narrowing: list[Number | float] = [0.0] * 6
     for k in range(3):
-        own = [kappa[k][0], kappa[k][1], twists[k]]
+        own = kappa[k]
         trace = autodiff.dot(own, c.trace[3 * k : 3 * k + 3])
         bend = [
             autodiff.dot(own, [c.bend[18 * k + 6 * n + m] for n in range(3)]) for m in range(6)
         ]
         out = c.lateral[6 * k : 6 * k + 6]
-        strains += [a + lateral * trace * b for a, b in zip(bend, out, strict=True)]
+        halves = zip(bend, out, strict=True)
+        bends.append(from_half([a + lateral * trace * b for a, b in halves]))
         # |S|² without its trace in the plane.
         uneven = autodiff.dot(bend, [*bend[:3], *(2.0 * each for each in bend[3:])])
         uneven = (uneven - trace * trace / 6.0) / 6.0
         narrowing = [a + uneven * b for a, b in zip(narrowing, out, strict=True)]
-    return strains + [each for each in narrowing if isinstance(each, Number)]
+    return bends, from_half([each for each in narrowing if isinstance(each, Number)])
 
 
-def _swelling(modes: _Modes, ratio: Number, c: Numbers) -> list[Number]:
-    """Return j_k: what the volume changes by along ξ_k, without what is across the plane."""
-    scale, found = 8.0 / c.volume, list[Number]()
-    for k, slope in enumerate(modes.slopes):
-        i, j = ACROSS[k]
-        out = scale * autodiff.cross(modes.e[i], modes.e[j])
-        skewed = [
+def _skewed(modes: _Modes, c: Numbers) -> list[Number]:
+    """Return what j_k do not have: changes of the volume along ξ_k across the plane."""
+    found = list[Number]()
+    for k, (i, j) in enumerate(ACROSS):
+        out = 8.0 / c.volume * autodiff.cross(modes.e[i], modes.e[j])
+        along = (
             c.skew[2 * k + n] * autodiff.dot(out, modes.g[other])
             for n, other in enumerate((j, i))
-        ]
-        found.append(scale * (slope - ratio * c.slope[k]) - skewed[0] - skewed[1])
+        )
+        one, other = along
+        found.append(one + other)
     return found

@@ -296,7 +296,8 @@ class SolidElements(PointField, frozen=True):
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
         swell = slopes @ pooling.swapaxes(-1, -2)
         swell = np.einsum("eq,eqax->eax", weight, swell)
-        point, values = self.traced(self._present), self._values(position)
+        point = self.traced(self._present)
+        values = self._values(position, [point.pooled, point.bend_of_mean])
         (pooled,) = evaluate([point.pooled], values)
         values["mean"] = ((weight * pooled).sum(axis=-1) / weight.sum(axis=-1))[..., None]
         bend = evaluate([point.bend_of_mean], values)[0][..., 0]

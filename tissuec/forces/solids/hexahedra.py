@@ -1,29 +1,33 @@
 """Hexahedra that bend; see ``solids.bent_cell`` for what they store.
 
-Their points are strained by all nodes of a cell together. Matrices are made column by column,
-from changes of forces.
+Their points are strained by all nodes of a cell together.
 """
 
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
 from typing import Any, Self
 
 import numpy as np
 
+from tissuec.autodiff.cells import TERMS
 from tissuec.autodiff.evaluation import evaluate
+from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.generated import GeneratedKernel
+from tissuec.compiled.loops.cell_matrices import column_loop, strain_loop
 from tissuec.compiled.loops.point_frame import PointTable
-from tissuec.compiled.loops.point_matrices import column_loop, strain_loop
 from tissuec.compiled.loops.tables import recorded, room_for
 from tissuec.core.structs import replace
-from tissuec.forces.matrices import without_negative
+from tissuec.forces.matrices import BlockPattern, without_negative
+from tissuec.forces.point_fields import matrix_kernel, written
 from tissuec.forces.solids.elements import SolidElements
 from tissuec.forces.solids.solid_point import SolidKind, evened
 from tissuec.forces.solids.solid_strain import Prestretch
-from tissuec.geometry.bent_cells import BOX_WIDTHS, POINTS, WIDTHS, BentCells
+from tissuec.geometry.bent_cells import BOX_WIDTHS, POINTS, SHARES, WIDTHS, BentCells
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.model.network import Floats, Indices
+
+_ALONE = "alone"
 
 
 class Hexahedra(SolidElements, frozen=True):
@@ -95,19 +99,33 @@ class Hexahedra(SolidElements, frozen=True):
         flat = np.stack(self.seen("deformation", position), axis=-1)
         return flat.reshape(*flat.shape[:-1], 3, 3)
 
-    def _strains(self, position: Floats) -> dict[str, Floats]:
-        """Return inputs of a point by name, shape (…, element, point), or (…, element, 1)."""
-        cell = self.traced(self._present).cell
+    def _strains(
+        self, position: Floats, outputs: Sequence[Number], kind: SolidKind
+    ) -> dict[str, Floats]:
+        """Return inputs of a point by name, shape (…, element, point), or (…, element, 1).
+
+        Among them is what a cell stores beside its points, ``_ALONE`` [J].
+        """
+        point = self.traced(kind)
+        cell = point.cell
         assert cell is not None
-        values = self._of_cell(position)
-        own = {f"f.{k}": each for k, each in enumerate(evaluate(cell.strains, values))}
-        slope = evaluate([cell.swell], values)[0]
-        return own | {"swell": slope} | {f"at.{k}": POINTS[:, k] for k in range(3)}
+        needed, begins = point.needed_by(point.graph.inputs_of(outputs)), cell.begins
+        some = [q for k in needed for q in range(begins[k], begins[k + 1])]
+        wanted = [*(cell.strains[q] for q in some), cell.swell, cell.energy]
+        *found, swell, alone = evaluate(wanted, self._of_cell(position))
+        terms, values = _terms(), {"swell": swell, _ALONE: alone}
+        for k in needed:
+            own = [found[some.index(q)] for q in range(begins[k], begins[k + 1])]
+            values[f"f.{k}"] = own[0] + sum(
+                a * b for a, b in zip(own[1:], terms[1:], strict=False)
+            )
+        return values
 
     def _of_cell(self, position: Floats) -> dict[str, Floats]:
         """Return inputs of whole cells by name, shape (…, element, 1)."""
-        places = position[..., self.nodes, :].reshape(*position.shape[:-2], self.item_count, -1)
-        values = {f"x.{k}": places[..., k, None] for k in range(places.shape[-1])}
+        vectors = np.einsum("va,...eax->...evx", SHARES, position[..., self.nodes, :])
+        flat = vectors.reshape(*vectors.shape[:-2], -1)
+        values = {f"x.{k}": flat[..., k, None] for k in range(flat.shape[-1])}
         drawn, first = self.cells[self.row], 0
         for name, width in (BOX_WIDTHS if self.are_boxes else WIDTHS).items():
             values |= {f"c.{name}.{k}": drawn[:, first + k, None] for k in range(width)}
@@ -116,35 +134,21 @@ class Hexahedra(SolidElements, frozen=True):
             values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
         return values
 
-    def _alone(self, point: TracedPoint, position: Floats) -> Floats:
+    def _alone(self, values: Mapping[str, Floats]) -> Floats:
         """Return the energy that cells store beside their points [J], shape (…, element)."""
-        assert point.cell is not None
-        return evaluate([point.cell.energy], self._of_cell(position))[0][..., 0]
+        return np.asarray(values[_ALONE][..., 0])
 
     # --- matrices -----------------------------------------------------------------------------
 
-    def _columns_of(
-        self, forces: str, by: str, position: Floats, velocity: Floats | None = None
-    ) -> Floats:
-        """Return minus derivatives of forces, shape (element, node, 3, node, 3).
-
-        Args:
-            forces, by: See ``column_loop``.
-            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
-        """
-        kernel = column_kernel(self.traced, self._present, forces, by)
-        found = self._of_columns(kernel, 24, position, velocity)
-        return found.reshape(-1, 8, 3, 8, 3).transpose(0, 3, 4, 1, 2)
-
-    def _of_columns(
+    def _recorded_by(
         self,
         kernel: GeneratedKernel,
         rows: int,
         position: Floats,
         velocity: Floats | None = None,
     ) -> Floats:
-        """Return the numbers that a kernel records for each component of the nodes, flat."""
-        room = room_for(24 * rows, self.item_count)
+        """Return the numbers that a kernel records, shape (element, row)."""
+        room = room_for(rows, self.item_count)
         table = self._table(self._present, self.nodes, self._slots)
         self._run(kernel, position, room, table, velocity)
         return recorded(room, self.item_count)
@@ -154,26 +158,50 @@ class Hexahedra(SolidElements, frozen=True):
 
         Without ``exact``, negative eigenvalues of each element count as zero.
         """
-        found = self._columns_of("elastic", "x", position)
-        if exact:
-            return found
-        flat = without_negative(found.reshape(-1, 24, 24))
-        return flat.reshape(found.shape)
+        apart = np.arange(8 * self.item_count).reshape(-1, 8)
+        pattern, (kind, points) = BlockPattern.of(apart, apart.size), self._stiffened
+        table = self._table(kind, self.nodes, self._slots)
+        room, kernel = pattern.room, matrix_kernel(self.traced, kind, 8, points)
+        self._run(kernel, position, room, table._replace(targets=pattern.places.ravel()))
+        found = pattern.blocks(room).reshape(-1, 24, 24)
+        if not exact:
+            found = without_negative(found)
+        return found.reshape(-1, 8, 3, 8, 3)
 
     def damping_of_elements(self, position: Floats) -> Floats:
         """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
-        return self._columns_of("braking", "v", position)
+        return self._columns_of("v", position)
 
     def braking_by_position(self, position: Floats, velocity: Floats) -> Floats:
         """Return minus the derivative of viscous forces by positions; see ``PointField``."""
-        return self._columns_of("braking", "x", position, velocity)
+        return self._columns_of("x", position, velocity)
+
+    def _columns_of(self, by: str, position: Floats, velocity: Floats | None = None) -> Floats:
+        """Return minus derivatives of viscous forces, shape (element, node, 3, node, 3).
+
+        Args:
+            by: See ``column_loop``.
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+        """
+        kernel, count = column_kernel(self.traced, self._present, by), len(SHARES)
+        found = self._recorded_by(kernel, 9 * count**2, position, velocity)
+        columns = found.reshape(-1, count, 3, count, 3)
+        return np.einsum("ewyvx,va,wb->eaxby", columns, SHARES, SHARES, optimize=True)
 
     def strain_slopes(self, position: Floats) -> Floats:
         """Return the derivatives of strains of points by positions; see ``PointField``."""
-        count = len(self.traced(self._present).f)
+        point, count = self.traced(self._present), len(SHARES)
+        assert point.cell is not None
+        active, begins = point.cell.active, point.cell.begins
         kernel = strain_kernel(self.traced, self._present)
-        found = self._of_columns(kernel, count, position).reshape(-1, 8, 3, count)
-        return found.transpose(0, 3, 1, 2)[:, None]
+        found = self._recorded_by(kernel, 3 * count * len(active), position)
+        slopes = found.reshape(-1, count, 3, len(active))
+        by_node = np.einsum("evxq,va->eqax", slopes, SHARES)
+        to = np.zeros((8, len(point.f), len(active)))
+        for k in point.active:
+            for q, term in zip(range(begins[k], begins[k + 1]), _terms(), strict=False):
+                to[:, k, active.index(q)] = term
+        return np.einsum("pkq,eqax->epkax", to, by_node)
 
     # --- for the engine -----------------------------------------------------------------------
 
@@ -209,13 +237,18 @@ def kind_of(shape: ElementShape) -> type[SolidElements]:
     return Hexahedra if shape.bends else SolidElements
 
 
+def _terms() -> list[Floats]:
+    """Return ``TERMS`` at all points, shape (point,) each."""
+    return [POINTS[:, list(axes)].prod(axis=1) for axes in TERMS]
+
+
 @cache
 def column_kernel(
-    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind, forces: str, by: str
+    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind, by: str
 ) -> GeneratedKernel:
     """Return the kernel of ``column_loop``."""
     return GeneratedKernel(
-        "cells_columns", lambda name: column_loop(name, traced(kind), forces, by, 8, 8)
+        "cells_columns", partial(written, column_loop, traced, kind, by, 8, 8)
     )
 
 
@@ -224,4 +257,4 @@ def strain_kernel(
     traced: Callable[[SolidKind], TracedPoint], kind: SolidKind
 ) -> GeneratedKernel:
     """Return the kernel of ``strain_loop``."""
-    return GeneratedKernel("cells_strains", lambda name: strain_loop(name, traced(kind), 8, 8))
+    return GeneratedKernel("cells_strains", partial(written, strain_loop, traced, kind, 8, 8))

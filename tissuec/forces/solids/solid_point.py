@@ -56,8 +56,8 @@ from tissuec.autodiff.points import PLACES, PointState, TracedPoint
 from tissuec.forces.solids import bent_cell
 from tissuec.geometry.bent_cells import BOX_WIDTHS, WIDTHS
 from tissuec.laws.derivatives import energy
-from tissuec.laws.formula import Formula
-from tissuec.laws.solid import SolidLaw
+from tissuec.laws.formula import Formula, variables
+from tissuec.laws.solid import I2, SolidLaw
 from tissuec.laws.solid.invariants import CoupledNeoHookean, NeoHookean
 from tissuec.laws.solid.volume import volume_energies
 from tissuec.laws.solid_constants import constant_name
@@ -149,29 +149,27 @@ def traced_point(kind: SolidKind) -> TracedPoint:
         return _point(kind, strain.stretched(kind, p), tensors, p)
 
     def bent(
-        f: Sequence[Number], rate: Sequence[Number], at: Sequence[Number],
-        tensors: Sequence[Tensor], p: Numbers,
-    ) -> PointState:  # fmt: skip
+        f: Sequence[Number], rate: Sequence[Number], tensors: Sequence[Tensor], p: Numbers
+    ) -> PointState:
+        short, whole = _bent_strains(kind, f, rate)
+        found = _point(kind, short, tensors, p)
         if kind.is_even:
-            mean, right = bent_cell.evened(f)
-            strain = _Strain(right, autodiff.determinant(mean), mean, mean)
-            return _point(kind, strain.stretched(kind, p), tensors, p)
-        mean, whole, turned = bent_cell.deformed(f, at)
-        _, moving, _ = bent_cell.deformed(f, at, rate)
-        right = bent_cell.square(whole) + bent_cell.square(turned)
-        right = bent_cell.narrowed(right, mean, f)
-        strain = _Strain(right, autodiff.determinant(mean), whole, moving)
-        return _point(kind, strain.stretched(kind, p), tensors, p)
+            return found._replace(seen={})
+        return found._replace(seen=_point(kind, whole, tensors, p).seen)
 
     def of_volume(ratio: Number, p: Numbers) -> Number:
         return p.bulk * _of_volume(kind, ratio, p)[0]
 
-    def cell(x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers) -> CellState:
+    def cell(
+        x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers
+    ) -> CellState:  # fmt: skip
         own = bent_cell.boxed(c) if kind.is_box else c
-        return bent_cell.strained(x, v, own, p, of_volume, is_viscous=kind.is_viscous)
+        found = bent_cell.strained(x, v, own, p, of_volume, is_viscous=kind.is_viscous)
+        strains = _strains_of(kind, found, p)
+        return CellState(strains, *found[2:])
 
     if kind.is_bent:
-        own = CellKind(cell, 8, BOX_WIDTHS if kind.is_box else WIDTHS)
+        own = CellKind(cell, bent_cell.vectors_of, 8, BOX_WIDTHS if kind.is_box else WIDTHS)
         return TracedPoint(bent, None, kind.widths, kind.tensors, cell=own)
     return TracedPoint(point, of_volume, kind.widths, kind.tensors)
 
@@ -183,12 +181,16 @@ class _Strain(NamedTuple):
         right: C.
         j: The ratio of volumes.
         f, rate: The deformation and its rate, for viscosity and stress in space.
+        trace: tr C, where that is known; None where it follows from C.
+        squares: Of the stretches along families of fibres, likewise.
     """
 
     right: Tensor
     j: Number
     f: Tensor
     rate: Tensor
+    trace: Number | None = None
+    squares: Sequence[Number] | None = None
 
     def stretched(self, kind: SolidKind, p: Numbers) -> "_Strain":
         """Return the strain with the prestretch."""
@@ -200,16 +202,64 @@ class _Strain(NamedTuple):
         return _Strain(right, j, self.f @ more, self.rate @ more)
 
 
+def _strains_of(kind: SolidKind, cell: bent_cell.BentCell, p: Numbers) -> list[list[Number]]:
+    """Return the coefficients of tr C, of squares of stretches, of C, J and F (1 + D)."""
+    bending, j, ways = cell.bending, autodiff.determinant(cell.mean), _ways(kind, p)
+    form, right = bending.form, [bent_cell.symmetric(each) for each in bending.right]
+    drawn, trace = right, bending.trace  # with fewer operations than from C
+    if kind.families:
+        trace = list(map(autodiff.trace, right))
+    if kind.is_stretched:
+        more = Tensor(p.stretch[k : k + 3] for k in (0, 3, 6))
+        form, j = [each @ more for each in form], j * autodiff.determinant(more)
+        right = [more.transposed @ each @ more for each in drawn]
+        wide, ways = more @ more.transposed, [more.of(way) for way in ways]
+        trace = [bent_cell.inner(each, wide) for each in drawn]
+    squares = [[autodiff.dot(way, each.of(way)) for each in drawn] for way in ways]
+    found = [
+        trace, *squares,
+        *([each.rows[i][k] for each in right] for i, k in PLACES[3]),
+        [j], *map(list, zip(*(each.flat for each in form), strict=True)),
+    ]  # fmt: skip
+    return [own[:1] for own in found] if kind.is_even else found
+
+
+def _bent_strains(
+    kind: SolidKind, f: Sequence[Number], rate: Sequence[Number]
+) -> tuple[_Strain, _Strain]:
+    """Return a strain of the numbers of ``_strains_of`` at a point: with and without the first.
+
+    They stand for C where nothing else of it counts.
+    """
+    first, (trace, *squares) = 1 + kind.families, f[: 1 + kind.families]
+    form, moving = (
+        Tensor(each[first + k : first + k + 3] for k in (7, 10, 13)) for each in (f, rate)
+    )
+    whole = _Strain(bent_cell.from_half(f[first : first + 6]), f[first + 6], form, moving)
+    by_trace = (I2.name not in variables(energy(law)) for law in kind.laws)
+    if kind.tensors or not all(by_trace):
+        return whole, whole
+    return whole._replace(trace=trace, squares=squares), whole
+
+
+def _ways(kind: SolidKind, p: Numbers) -> list[Vector]:
+    """Return the directions of families of fibres as drawn."""
+    return [Vector(p.along[3 * k : 3 * k + 3]) for k in range(kind.families)]
+
+
 def _point(
     kind: SolidKind, strain: _Strain, tensors: Sequence[Tensor], p: Numbers
 ) -> PointState:
-    right, j, f, rate = strain
-    g, i1 = isochoric(j), autodiff.trace(right)
+    right, j, f, rate, i1, squares = strain
+    if i1 is None or squares is None:
+        i1 = autodiff.trace(right)
+        squares = [autodiff.dot(each, right.of(each)) for each in _ways(kind, p)]
+    g = isochoric(j)
     plastic, branches = (tensors[:1], tensors[1:]) if kind.is_yielding else ((), tensors)
     own = right
     for tensor in plastic:
         own = right @ _unimodular_inverse(tensor)
-    first, second = autodiff.trace(own), _second_invariant(own)
+    first, second = autodiff.trace(own) if plastic else i1, _second_invariant(own)
     fold = _folded(j)
     first, second = g * first + fold, g * g * second + 2.0 * fold
     # det C is J² but for the third order of the bending. Branches need their C' unimodular, so
@@ -218,10 +268,8 @@ def _point(
     if kind.is_bent and branches:
         shrink = _falling(autodiff.determinant(right), 1, LEAST**2)
     turned = shrink * right
-    held = [_inner(turned, _unimodular_inverse(tensor)) + fold for tensor in branches]
+    held = [bent_cell.inner(turned, _unimodular_inverse(tensor)) + fold for tensor in branches]
     flows = in_series(kind, g, (first, second), held, p)
-    along = (p.along[3 * k : 3 * k + 3] for k in range(kind.families))
-    squares = [autodiff.dot(each, right.of(each)) for each in along]
     stored = in_parallel(kind, flows, g * i1 + fold, j, squares, p)
     loss: Number | float = 0.0
     if kind.is_viscous:
@@ -316,12 +364,12 @@ def _rates(
     """
     found: list[Tensor] = []
     for k, tensor in enumerate(branches):
-        third = _inner(right, _unimodular_inverse(tensor)) / 3.0
+        third = bent_cell.inner(right, _unimodular_inverse(tensor)) / 3.0
         found.append(one_of(p.branch_pace, k) * (right - third * tensor))
     if not kind.is_yielding:
         return found
     driving = autodiff.deviator(_stress(flows, whole) @ whole)
-    pace = pace_of_flow(_inner(driving, driving.transposed), p)
+    pace = pace_of_flow(bent_cell.inner(driving, driving.transposed), p)
     return carried(pace, driving, [*plastic, *branches], found)
 
 
@@ -421,11 +469,6 @@ def _chosen(kind: SolidKind, of: Callable[[SolidLaw], Number], p: Numbers) -> Nu
 def one_of(numbers: Any, k: int) -> Number:
     """Return a number of those that are one alone, or several."""
     return numbers if isinstance(numbers, Number) else numbers[k]
-
-
-def _inner(a: Tensor, b: Tensor) -> Number:
-    """Return the sum of the products of components."""
-    return autodiff.dot(a.flat, b.flat)
 
 
 def _second_invariant(a: Tensor) -> Number:
