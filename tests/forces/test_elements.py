@@ -18,6 +18,9 @@ from tissuec.laws.solid.invariants import (
     Yeoh,
 )
 from tissuec.laws.solid.stretches import Hencky, Ogden
+from tissuec.meshes.elements import mesh_of_elements, node_shares
+from tissuec.meshes.generators import ElementMesh
+from tissuec.meshes.quadratic import mirrored, with_middles
 from tissuec.validate.forces.elements import ElementSolid
 
 LAWS = (NeoHookean(), MooneyRivlin(0.3), Yeoh(0.6, 1.8), SolidExponential(0.4),
@@ -47,6 +50,9 @@ def mesh(name, cells=2, displaced=0.15, seed=3):
         return position, hexes
     if name == "wedge":
         return position, hexes[:, _TWO].reshape(-1, 6)
+    if name == "quadratic hexahedron":
+        every = with_middles(mesh_of_elements(position, [ElementMesh("hexahedron", hexes)], {}))
+        return every.position, every.elements[0].nodes
     tets = hexes[:, _SIX].reshape(-1, 4)
     edges, place = np.unique(
         np.sort(tets[:, MIDDLES].reshape(-1, 2), axis=1), axis=0, return_inverse=True
@@ -341,7 +347,13 @@ def test_volumes_and_masses_add_up(name):
     measured = Measures.of(SHAPES[name], position[nodes])
     assert measured.volume.sum() == pytest.approx(0.02**3, rel=1e-14)
     np.testing.assert_allclose(SHAPES[name].lumped.sum(axis=1), 1.0, rtol=1e-15)
-    assert (SHAPES[name].lumped > 0.0).all()
+    # Points of hexahedra with 27 nodes have negative parts in some, their elements have none.
+    lumped = SHAPES[name].weights @ SHAPES[name].lumped
+    assert (lumped > 0.0).all()
+    assert (node_shares(SHAPES[name], position[nodes]) > 0.0).all()
+    if name == "quadratic hexahedron":
+        kinds = [1] * 8 + [4] * 12 + [16] * 6 + [64]
+        np.testing.assert_allclose(lumped, 8.0 / 216.0 * np.array(kinds), rtol=1e-14)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -374,6 +386,12 @@ def test_edges_are_those_of_faces(name):
             faces.setdefault((min(a, b), max(a, b)), set()).add(face)
     # The diagonals of flat faces with four corners are no edges.
     due = {pair for pair, both in faces.items() if len(both) == 2 or name == "tetrahedron"}
+    if name == "quadratic hexahedron":  # all pairs of neighbours, also inside
+        places, (nodes,) = mesh(name, cells=1, displaced=0.0)
+        apart = np.linalg.norm(places[nodes][:, None] - places[nodes], axis=2)
+        near = np.argwhere(np.triu(np.abs(apart - 0.01) < 1e-9))
+        assert len(due) == 24
+        due = {(int(a), int(b)) for a, b in near}
     assert {tuple(sorted(pair)) for pair in shape.edges.tolist()} == due
     assert len(shape.edges) == len(due)
 
@@ -385,6 +403,8 @@ def test_elements_that_are_inside_out_are_refused(name):
     # Corners 0 and 1 change places, and of a tetrahedron what lies between them and the others.
     swapped = [0, 1, 5, 6, 7, 8] if name == "tetrahedron" else [0, 1]
     turned[0, swapped] = turned[0, [swapped[k ^ 1] for k in range(len(swapped))]]
+    if name == "quadratic hexahedron":
+        turned[0] = nodes[0, mirrored()]
     material = SolidMaterial(*np.full((3, len(nodes)), 1e3), np.zeros(len(nodes), int),
                              (NeoHookean(),))  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)

@@ -25,6 +25,15 @@ MESHES = {
     "graded": f"mesh is lattice {{ {BOX.format(10)}\n"
     "  fine cell = 2 mm; fine box from (6, 6, 16) mm to (10, 10, 20) mm }",
     "tetrahedra": 'mesh is imported { file "box.vtk" in mm; moved by (-10, -10, 0) mm }',
+    "mirrored tetrahedra": """mesh is imported {
+    file "box.vtk" in mm; moved by (-10, -10, 0) mm
+    mirrored about plane through (0, 0, 0) mm facing (1, 0, 0)
+  }""",
+    "27 nodes": f"mesh is lattice {{ {BOX.format(10)} }}; made of quadratic elements",
+    "27 nodes, mirrored": f"""mesh is lattice {{
+    {BOX.format(10)}; mirrored about plane through (0, 0, 0) mm facing (1, 1, 0)
+  }}
+  made of quadratic elements""",
 }
 BAR = """language 1
 tissue flesh {{ Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }}

@@ -6,7 +6,13 @@ space, or by the two of a wall, or the one of fibres, an element stores
     E = Σ w W(F, T, p) + V U(M, p),    M = Σ w r(F)/V,
 
 for numbers p of the element and tensors T that it remembers, and dissipates by a potential D of
-Ḟ per volume. So its nodes are pushed by -Σ w P ∂N_a/∂X with
+Ḟ per volume. With several functions φ_k of the place, of which V δ_kl = Σ w φ_k φ_l, points
+have the projection of r instead of its mean:
+
+    E = Σ w (W(F, T, p) + U(M, p)),    M = Σ_k φ_k m_k,    m_k = Σ w φ_k r(F)/V,
+
+and in what follows, the projection of U'(M) in the place of U'(M). Nodes are pushed by
+-Σ w P ∂N_a/∂X with
 
     P = ∂W/∂F + U'(M) ∂r/∂F + ∂D/∂Ḟ,
 
@@ -70,6 +76,7 @@ class TracedPoint:
             which is zero in elements without the tensor.
         tensors: How many tensors a point remembers.
         directions: Columns of F: 3, 2 in a wall, or 1 along fibres.
+        functions: φ, of which the first is 1: the mean.
         graph: All that follows.
         cell: What strains points instead of F; None without.
         f, rate: F and dF/dt, row by row, shape (3 directions,); or strains of a cell.
@@ -80,8 +87,9 @@ class TracedPoint:
     def __init__(
         self, point: PointFunction | BentFunction, mean: MeanFunction | None,
         widths: Mapping[str, int], tensors: int, directions: int = 3,
-        cell: "CellKind | None" = None,
+        cell: "CellKind | None" = None, functions: int = 1,
     ):  # fmt: skip
+        self.functions = functions
         self.widths, self.tensors, self.graph = dict(widths), tensors, Graph()
         self.directions, self.places = directions, PLACES[directions]
         if tensors:

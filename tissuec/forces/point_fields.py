@@ -239,11 +239,22 @@ class PointField(ElementField, frozen=True, dict=True):
             stored, pooled = evaluate(outputs, values)
             total = (weight * stored).sum(axis=-1)
             if point.is_pooled:
-                volume = weight.sum(axis=-1)
-                values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
-                total += volume * evaluate([point.of_mean], values)[0][..., 0]
+                total += own._of_volume(point, pooled, values)
             found[..., part] = total + own._alone(values)
         return found
+
+    def _of_volume(
+        self, point: TracedPoint, pooled: Floats, values: dict[str, Floats]
+    ) -> Floats:  # fmt: skip
+        """Return the energies U of elements [J], shape (…, element).
+
+        Args:
+            pooled: r of their points, shape (…, element, point).
+            values: Of inputs; those of means are set.
+        """
+        weight, volume = self.weights, self.weights.sum(axis=-1)
+        values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
+        return volume * evaluate([point.of_mean], values)[0][..., 0]
 
     @cached_property
     def _asked(self) -> list[int]:
@@ -339,9 +350,10 @@ class PointField(ElementField, frozen=True, dict=True):
         # the other.
         moduli = weight[..., None, None] * moduli
         moduli = moduli.reshape(elements, points, 3, width, 3 * width)
-        half = slopes[:, :, None] @ moduli
-        half = half.reshape(elements, points, 9 * count, width) @ slopes.swapaxes(-1, -2)
-        values = half.sum(axis=1).reshape(elements, 3, count, 3, count)
+        half = (slopes[:, :, None] @ moduli).reshape(elements, points, 9 * count, width)
+        half = half.swapaxes(1, 2).reshape(elements, 9 * count, points * width)
+        every = slopes.swapaxes(-1, -2).reshape(elements, points * width, count)
+        values = (half @ every).reshape(elements, 3, count, 3, count)
         return values.transpose(0, 2, 1, 4, 3)
 
     @property

@@ -34,7 +34,7 @@ def samples_within(shape: str, count: int) -> Floats:
     if shape == "wedge":
         flat, height = _ascending(places[:, :2]), places[:, 2:]
         return np.concatenate([flat * (1.0 - height), flat * height], axis=1)
-    assert shape == "hexahedron"
+    assert shape in ("hexahedron", "quadratic hexahedron")  # within straight sides
     return np.where(_CUBE, places[:, None], 1.0 - places[:, None]).prod(axis=2)
 
 

@@ -8,7 +8,9 @@ the natural gradients ∂N_a/∂ξ at its points, positions X_a of its nodes giv
 
 (O. C. Zienkiewicz, R. L. Taylor, J. Z. Zhu, The Finite Element Method, 7th edition, 2013,
 chapter 6; mass of tetrahedra with ten nodes: E. Hinton, T. Rock, O. C. Zienkiewicz, Earthquake
-Eng. Struct. Dyn. 4:245, 1976.)
+Eng. Struct. Dyn. 4:245, 1976. Row sums of hexahedra with 27 nodes are those of Simpson's rule,
+which is exact for them: in a box, corners, edges, faces and the centre have 1, 4, 16 and 64 of
+216 parts.)
 """
 
 from itertools import combinations
@@ -34,6 +36,8 @@ class ElementShape(Struct, frozen=True, eq=False):
         local: Factor of the shear modulus, up to which the bulk modulus acts at each point and
             not on the volume of the element.
         bends: Whether points are strained by all nodes together; see ``geometry.bent_cells``.
+        functions: Of the place, on which the volume of an element is projected; the first is
+            constant, three more are linear.
     """
 
     name: str
@@ -45,6 +49,7 @@ class ElementShape(Struct, frozen=True, eq=False):
     faces: Indices
     local: float = 0.0
     bends: bool = False
+    functions: int = 1
 
     @property
     def nodes(self) -> int:
@@ -130,6 +135,59 @@ def _hexahedron() -> ElementShape:
     )  # fmt: skip
 
 
+#: Gauss's three points between -1 and 1, and their weights.
+GAUSS = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 9.0
+#: Numbers of the nodes of a hexahedron with 27 nodes, by their places along ξ, η and ζ:
+#: corners, middles of edges and of faces, and the centre. The order is VTK's.
+TRIQUADRATIC = np.array(
+    [[[0, 16, 4], [11, 20, 15], [3, 19, 7]],
+     [[8, 22, 12], [24, 26, 25], [10, 23, 14]],
+     [[1, 17, 5], [9, 21, 13], [2, 18, 6]]]
+)  # fmt: skip
+#: Along each axis, the places 0, 1 or 2 of these nodes, and their natural coordinates.
+GRID = np.stack(np.unravel_index(np.argsort(TRIQUADRATIC, axis=None), (3, 3, 3)), axis=1)
+CUBE_27 = GRID - 1.0
+
+
+def triquadratic(places: Floats) -> tuple[Floats, Floats]:
+    """Return the shape functions of hexahedra with 27 nodes, and their natural gradients.
+
+    Shapes (place, node) and (place, node, 3).
+
+    Args:
+        places: In natural coordinates, shape (place, 3).
+    """
+    x = places[..., None]
+    values = np.concatenate([0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)], axis=2)
+    slopes = np.concatenate([x - 0.5, -2.0 * x, x + 0.5], axis=2)
+    along, steep = ([one[:, k, GRID[:, k]] for k in range(3)] for one in (values, slopes))
+    gradients = [np.prod([*along[:k], steep[k], *along[k + 1 :]], axis=0) for k in range(3)]
+    return np.prod(along, axis=0), np.stack(gradients, axis=2)
+
+
+def _quadratic_hexahedron() -> ElementShape:
+    line, weight = GAUSS
+    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    weights = np.einsum("i,j,k->ijk", weight, weight, weight).ravel()
+    lumped, gradients = triquadratic(points)
+    grid, edges = TRIQUADRATIC, list[tuple[int, int]]()
+    for axis in range(3):
+        rows = np.moveaxis(grid, axis, -1).reshape(-1, 3)
+        edges += [(int(row[k]), int(row[k + 1])) for row in rows for k in (0, 1)]
+    # Faces as those of hexahedra, with ξ, η and ζ in a cyclic order, in triangles round their
+    # middles, so that mirror images have the same triangles.
+    triangles: list[list[int]] = []
+    for axis, end in ((2, 0), (2, 2), (1, 0), (0, 2), (1, 2), (0, 0)):
+        face = np.moveaxis(grid, (axis, (axis + 1) % 3, (axis + 2) % 3), (0, 1, 2))[end]
+        face = face if end else face.T
+        ring = [*face[:2, 0], *face[2, :2], *face[:0:-1, 2], *face[0, :0:-1]]
+        triangles += [[int(face[1, 1]), int(ring[k]), int(ring[(k + 1) % 8])] for k in range(8)]
+    return ElementShape(
+        "quadratic hexahedron", gradients, weights, lumped, np.array(edges),
+        np.array(triangles), np.repeat(np.arange(6), 8), functions=4,
+    )  # fmt: skip
+
+
 def _wedge() -> ElementShape:
     slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
     inner = np.array([[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]]) / 6.0
@@ -193,7 +251,10 @@ def _tetrahedron() -> ElementShape:
     )  # fmt: skip
 
 
-SHAPES = {shape.name: shape for shape in (_hexahedron(), _tetrahedron(), _wedge())}
+SHAPES = {
+    shape.name: shape
+    for shape in (_hexahedron(), _quadratic_hexahedron(), _tetrahedron(), _wedge())
+}
 
 
 class TriangleRule(NamedTuple):

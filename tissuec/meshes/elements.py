@@ -28,6 +28,7 @@ MIRRORED = {
     "wedge": [3, 4, 5, 0, 1, 2],
     "tetrahedron": [1, 0, 2, 3],
 }
+_MOST_OF_FACE = 9  # nodes
 _FLAT = 1e-9  # of the cube of its longest side: an element of less volume has none
 
 
@@ -72,7 +73,7 @@ def mesh_of_cells(
         remarks = poor_ones(position, last.nodes)
         position, nodes, groups = _with_middles(position, last.nodes, groups)
         elements = [*others, replace(last, nodes=nodes)]
-    mesh = replace(_mesh(position, elements, groups), remarks=tuple(remarks))
+    mesh = replace(mesh_of_elements(position, elements, groups), remarks=tuple(remarks))
     return mesh if divided is None else replace(mesh, tetrahedra=number[divided])
 
 
@@ -113,10 +114,19 @@ def _with_middles(
     return every, np.concatenate([corners, middle], axis=1), found
 
 
-def _mesh(
+def mesh_of_elements(
     position: Floats, elements: Sequence[ElementMesh], groups: Mapping[str, Indices]
 ) -> Mesh:
-    """Return the mesh of elements in the order of their shapes; raises FormatError."""
+    """Return the mesh of elements in the order of their shapes.
+
+    Args:
+        position: Of the nodes [m], shape (node, 3).
+        elements: Shape by shape.
+        groups: Nodes by the name of their group.
+
+    Raises:
+        FormatError: An element is flat or folded, or more than two share a face.
+    """
     volume, pairs = np.zeros(len(position)), [np.zeros((0, 2), dtype=np.int64)]
     for one in elements:
         shape = SHAPES[one.shape]
@@ -182,7 +192,7 @@ def _skin(elements: Sequence[ElementMesh]) -> Indices:
         count = int(shape.faces.max()) + 1
         corners = [np.unique(shape.triangles[shape.faces == face]) for face in range(count)]
         for face in corners:
-            key = np.full((len(one.nodes), 6), -1)
+            key = np.full((len(one.nodes), _MOST_OF_FACE), -1)
             key[:, : len(face)] = np.sort(one.nodes[:, face], axis=1)
             keys.append(key)
         triangles.append(one.nodes[:, shape.triangles].reshape(-1, 3))

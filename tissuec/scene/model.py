@@ -272,10 +272,12 @@ class MadeOfElements(Struct, frozen=True):
     Attributes:
         span: ``made of elements``, or else the entry that gives a solid its tissue in pascals.
         is_written: Whether it is the first of these.
+        is_quadratic: Whether hexahedra have 27 nodes.
     """
 
     span: Span
     is_written: bool
+    is_quadratic: bool = False
 
 
 class Body(Struct, frozen=True, eq=False, kw_only=True):

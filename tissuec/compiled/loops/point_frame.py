@@ -31,7 +31,8 @@ class PointTable(NamedTuple):
         slots: Where the first number of a tensor is among velocities; -1 without one; flat,
             shape (block, tensor, lane).
         targets: For ``matrix_loop``, ``BlockPattern.places``, flat.
-        drawn: Numbers of cells as drawn, flat, shape (key, number, lane).
+        drawn: Numbers of cells as drawn, or φ_k at points where there are several functions,
+            flat, shape (key, number, lane).
     """
 
     size: int
@@ -64,7 +65,7 @@ class PointTable(NamedTuple):
             gradients: ∂N/∂X [1/m], shape (row, point, node, direction).
             weight: Volume of each point [m³], shape (row, point).
             slots: As the attribute, shape (tensor, element).
-            drawn: Numbers of cells as drawn, shape (row, number).
+            drawn: As the attribute, shape (row, number).
         """
         every = filled(len(nodes))
         lanes = row[every].reshape(len(every) // LANES, LANES)
@@ -141,7 +142,9 @@ class PointLoop(ItemLoop):
         pooled, slope = point.pooled, point.slope_of_mean
         every = [*outputs, *self.of_element, pooled, slope, *point.scales]
         self.values, _ = self.inputs(every, {}, [])
-        self._forms, sums = map(self.room_of, (self.components * self.points, 2))
+        several = point.functions if point.functions > 1 else 0
+        rooms = self.components * self.points, 1 + point.functions
+        self._forms, sums = map(self.room_of, rooms)
         code.line("%own.key = getelementptr i64, ptr %key, i64 %block")
         code.line("%row = load i64, ptr %own.key, align 8")
         self.sums, self.at = sums, self.gathered("x")
@@ -152,7 +155,7 @@ class PointLoop(ItemLoop):
         self._strain, self._rate = self.strain(needed)
         if not self._pools:
             return
-        self.clear(sums, 2)
+        self.clear(sums, 1 + point.functions)
 
         def deform(q: str) -> None:
             slopes, weight = self.slopes_at(q)
@@ -163,12 +166,59 @@ class PointLoop(ItemLoop):
             given = self.values | {f"f.{k}": value for k, value in enumerate(form)}
             (share,) = code.write([pooled], given)
             self.add_up(weight, sums, 0)
+            if several:
+                self._project(q, self.times(weight, [share])[0], sums, 1)
+                return
             self.put(code.fused(weight, share, self.read(sums, 1)), sums, 1)
 
         self.each_point("deform", deform)
+        if several:
+            self._projected(slope)
+            return
         mean = code.add(f"fdiv {code.kind} {self.read(sums, 1)}, {self.read(sums, 0)}")
         self.values["mean"] = mean
         (self.values["swell"],) = code.write([slope], self.values)
+
+    def functions_at(self, q: str) -> list[str]:
+        """Return φ_k of all functions at a point."""
+        code, count = self.code, self.point.functions
+        place = code.add(f"add i64 {code.add(f'mul i64 %row, {self.points}')}, {q}")
+        base = code.address("%drawn", code.add(f"mul i64 {place}, {count * LANES}"))
+        return [code.load(code.address(base, k * LANES)) for k in range(count)]
+
+    def _project(self, q: str, value: str, room: str, first: int) -> None:
+        """Add products of a value and φ_k at a point to rows of a room from the first on."""
+        for k, each in enumerate(self.functions_at(q)):
+            row = first + k
+            self.put(self.code.fused(value, each, self.read(room, row)), room, row)
+
+    def _projected(self, slope: Number) -> None:
+        """Write projections of what is pooled and of a slope by it; see ``autodiff.points``.
+
+        Args:
+            slope: U'(M).
+        """
+        code, count = self.code, self.point.functions
+        volume = self.read(self.sums, 0)
+        self._means, self._slopes = self.room_of(count), self.room_of(count)
+        for k in range(count):
+            mean = code.add(f"fdiv {code.kind} {self.read(self.sums, 1 + k)}, {volume}")
+            self.put(mean, self._means, k)
+        self.clear(self._slopes, count)
+
+        def press(q: str) -> None:
+            _, weight = self.slopes_at(q)
+            given = self.values | {"mean": self._at_place(q, self._means)}
+            (rise,) = code.write([slope], given)
+            part = code.add(f"fdiv {code.kind} {weight}, {volume}")
+            self._project(q, self.times(part, [rise])[0], self._slopes, 0)
+
+        self.each_point("project", press)
+
+    def _at_place(self, q: str, room: str) -> str:
+        """Return the sum of φ_k at a point times the rows of a room."""
+        every = self.functions_at(q)
+        return self.inner(every, [self.read(room, k) for k in range(len(every))])
 
     def gathered(self, vector: str) -> str:
         """Return the address of a vector at the nodes of the elements, which is kept."""
@@ -190,6 +240,9 @@ class PointLoop(ItemLoop):
         else:
             form = self.gradient_of(self._strain, slopes)
         values |= {f"f.{k}": value for k, value in enumerate(form)}
+        if self._pools and self.point.functions > 1:
+            values["mean"] = self._at_place(q, self._means)
+            values["swell"] = self._at_place(q, self._slopes)
         if self._rate:
             moved = self.gradient_of(self._rate, slopes)
             values |= {f"g.{k}": value for k, value in enumerate(moved)}

@@ -215,6 +215,8 @@ def _generate(body: Body, findings: Findings) -> Mesh:
     try:
         if body.elements is not None and isinstance(body.mesh, Elemental) and not body.is_wall:
             nodes, springs = body.mesh.element_size()
+            if body.elements.is_quadratic:
+                nodes, springs = 8 * nodes, 8 * springs
         else:
             nodes, springs = body.mesh.size()
         if max(nodes, springs) > LARGEST:
@@ -263,7 +265,12 @@ def _built(body: Body) -> Mesh:
 
         return wall_of_triangles(body.mesh.build())
     if body.elements is not None and isinstance(body.mesh, Elemental):
-        return body.mesh.build_elements()
+        mesh = body.mesh.build_elements()
+        if not body.elements.is_quadratic:
+            return mesh
+        from tissuec.meshes.quadratic import with_middles
+
+        return with_middles(mesh)
     if not isinstance(body.mesh, Imported):
         return body.mesh.build()
     return body.mesh.build(for_matter=any(YOUNGS_MODULUS in one.given for one in body.tissues))

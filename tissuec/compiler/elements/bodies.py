@@ -227,7 +227,7 @@ class ElementReader:
         position = self.drawing.mesh.position
         if not tube.is_even or self.body.whole_placement is not None:
             (cells,) = self.drawing.mesh.elements
-            return along_and_around(position[cells.nodes])
+            return along_and_around(position[cells.nodes[:, :8]])
         start, end = (np.asarray(point, dtype=float) for point in tube.axis)
         axis = (end - start) / np.linalg.norm(end - start)
         centre = np.concatenate([position[e.nodes].mean(1) for e in self.drawing.mesh.elements])

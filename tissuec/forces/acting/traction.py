@@ -7,7 +7,8 @@ of the face (see ``enclosed.pressed_faces``), with its mean normal n,
 
 over the triangles of i: exact on a plane face with straight sides, and of second order in its
 warp on others. A rectangle gives each corner ¼, a triangle ⅓; of a side of a tetrahedron with
-ten nodes, corners get 0 and middles ⅓.
+ten nodes, corners get 0 and middles ⅓; of a rectangle of nine nodes, they get 1/36 and 4/36,
+and its middle 16/36.
 """
 
 import numpy as np

@@ -5,14 +5,16 @@ The volume under a face whose shape functions N_i are polynomials is
     V = ⅓ ∫ x · (∂x/∂ξ × ∂x/∂η) dξ dη = Σ w_T det(x_i, x_j, x_k) / 6
 
 over triples T of its nodes: one of weight 1 for a triangle, four of weight ½ for a
-quadrilateral (both ways to divide it), and 20 for the six nodes of a side of a tetrahedron with
-ten nodes. A third of the force p w_T (x_j - x_i) × (x_k - x_i)/2 of each triple acts on each of
-its nodes. On a closed surface, that is p ∂V/∂x; on a face with straight sides, also at the end
-of a surface, it is the force p ∫ N_i n dA of finite elements.
+quadrilateral (both ways to divide it), 20 for the six nodes of a side of a tetrahedron with ten
+nodes, and 76 for the nine nodes of a side of a hexahedron with 27. A third of the force
+p w_T (x_j - x_i) × (x_k - x_i)/2 of each triple acts on each of its nodes. On a closed surface,
+that is p ∂V/∂x; on a face with straight sides, also at the end of a surface, it is the force
+p ∫ N_i n dA of finite elements.
 """
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import combinations
 from typing import cast
 
 import numpy as np
@@ -24,6 +26,7 @@ from tissuec.core.structs import replace
 from tissuec.forces.enclosed.rims import Crossing, Rims, are_parallel, planes_at, rims_of
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.edges import TriangleIndex
+from tissuec.geometry.elements import GAUSS
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
 
 _TRIANGLE = ((0, 1, 2),)
@@ -51,19 +54,42 @@ def _quadratic() -> dict[tuple[int, int, int], float]:
     return parts
 
 
-_SIX = _quadratic()
+def _biquadratic() -> dict[tuple[int, int, int], float]:
+    """Return the weights of the triples of a quadrilateral of nine nodes; see ``_quadratic``.
+
+    Eight nodes lie around it, corners and middles in turn, and the last one is its middle.
+    """
+    line, weight = GAUSS
+    shape = np.stack([0.5 * line * (line - 1.0), 1.0 - line**2, 0.5 * line * (line + 1.0)])
+    slope = np.stack([line - 0.5, -2.0 * line, line + 0.5])
+    around = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1], [1, 1]])
+    i, j = around.T
+    values, by_x, by_y = (
+        np.einsum("ap,aq->apq", one[i], other[j])
+        for one, other in ((shape, shape), (slope, shape), (shape, slope))
+    )
+    each = np.einsum("p,q,ipq,jpq,kpq->ijk", weight, weight, values, by_x, by_y)
+    each = each - each.swapaxes(1, 2)
+    whole = 2.0 * (each + np.moveaxis(each, 0, 2) + np.moveaxis(each, 2, 0))
+    triples = combinations(range(9), 3)
+    return {triple: float(whole[triple]) for triple in triples if abs(whole[triple]) > 1e-14}
+
+
+_SIX, _NINE = _quadratic(), _biquadratic()
 #: Triples and weights by the number of triangles of the skin that a face consists of.
 FORMS: dict[int, tuple[Indices, Floats]] = {
     1: (np.array(_TRIANGLE), np.ones(1)),
     2: (np.array(_QUAD), np.full(4, 0.5)),
     4: (np.array(list(_SIX)), np.array(list(_SIX.values()))),
+    8: (np.array(list(_NINE)), np.array(list(_NINE.values()))),
 }
-#: Where the nodes of a face are among the corners of its triangles of the skin, (triangle,
-#: corner), by their number.
+#: Where the nodes of a face are among the corners of its triangles, (triangle, corner), by the
+#: number of these.
 _NODES = {
     1: ((0, 0), (0, 1), (0, 2)),
     2: ((0, 0), (0, 1), (0, 2), (1, 2)),
     4: ((0, 0), (1, 1), (2, 2), (1, 0), (2, 1), (0, 2)),
+    8: (*((k, 1) for k in range(8)), (0, 0)),
 }
 
 
@@ -169,22 +195,19 @@ def faces_of(network: Network, rows: Indices) -> PressedFaces:
         rows: Numbers of the triangles among those of the skin, ascending, shape (n,).
     """
     corners = network.skin[rows].astype(np.int64)
-    face = np.arange(len(rows))
-    for own in _sides(network, corners):
+    face, sides = np.arange(len(rows)), list(_sides(network, corners))
+    for own, _ in sides:
         face[own] = own[:, :1]
+    alone = np.flatnonzero(np.bincount(face, minlength=len(face)) == 1)
     order = np.argsort(face, kind="stable")
-    corners, rows = corners[order], rows[order]
-    _, first, face, count = np.unique(
-        face[order], return_index=True, return_inverse=True, return_counts=True
-    )
-    triples = np.empty(len(count), dtype=object)
-    for number, (form, weight) in FORMS.items():
-        own = np.flatnonzero(count == number)
-        nodes = np.stack(
-            [corners[first[own] + k, corner] for k, corner in _NODES[number]], axis=1
-        )
-        for place, each in zip(own.tolist(), nodes[:, form], strict=True):
+    names, face = np.unique(face[order], return_inverse=True)
+    triples = np.empty(len(names), dtype=object)
+    for own, nodes in ((alone[:, None], corners[alone]), *sides):
+        form, weight = FORMS[own.shape[1]]
+        places = np.searchsorted(names, own[:, 0]).tolist()
+        for place, each in zip(places, nodes[:, form], strict=True):
             triples[place] = each, weight
+    corners, rows = corners[order], rows[order]
     found = WeightedTriangles(
         np.concatenate([np.zeros((0, 3), dtype=np.int64), *(each for each, _ in triples)]),
         np.concatenate([np.zeros(0), *(weight for _, weight in triples)]),
@@ -196,14 +219,14 @@ def faces_of(network: Network, rows: Indices) -> PressedFaces:
     return PressedFaces(corners, rows, face.reshape(-1), found, network.springs.ends, own)
 
 
-def _sides(network: Network, corners: Indices) -> Iterator[Indices]:
-    """Yield the places of triangles that make up whole sides of solid elements.
+def _sides(network: Network, corners: Indices) -> Iterator[tuple[Indices, Indices]]:
+    """Yield whole sides of solid elements that several triangles make up.
 
     Args:
         corners: Nodes of the triangles, shape (triangle, 3).
 
     Yields:
-        Shape (side, triangle).
+        Places of the triangles, shape (side, triangle), and nodes, shape (side, node).
     """
     index = TriangleIndex(corners)
     for field in network.of_kind("elements"):
@@ -213,4 +236,6 @@ def _sides(network: Network, corners: Indices) -> Iterator[Indices]:
             if len(local) == 1:
                 continue
             place = index.find(field.nodes[:, local].reshape(-1, 3)).reshape(-1, len(local))
-            yield place[(place >= 0).all(axis=1)]
+            found = (place >= 0).all(axis=1)
+            nodes = [local[k, corner] for k, corner in _NODES[len(local)]]
+            yield place[found], field.nodes[np.ix_(found, nodes)]

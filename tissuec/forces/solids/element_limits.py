@@ -144,7 +144,10 @@ def measures_of(point: TracedPoint) -> dict[str, Number]:
     f = point.tensor(list(map(point.mean_of, point.state.seen.get("deformation", point.f))))
     stretch = sqrt(largest(f.transposed @ f))
     pull = _largest_stress(point) / stretch
-    energy = point.mean_of(point.state.energy) + point.of_mean
+    if point.functions > 1:
+        energy = point.mean_of(point.state.energy + point.of_mean)
+    else:
+        energy = point.mean_of(point.state.energy) + point.of_mean
     if point.cell is not None:
         energy = energy + point.cell.state.energy
     return {"strain": stretch - 1.0, "stress": pull, "energy": energy}

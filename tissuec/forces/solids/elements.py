@@ -292,6 +292,11 @@ class SolidElements(PointField, frozen=True):
 
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
         """Return ∂²E/∂x∂x of each element; see ``PointField``."""
+        of_points = super().element_matrices(position, exact=exact)
+        return of_points + self._volumetric(position, exact=exact)
+
+    def _volumetric(self, position: Floats, *, exact: bool) -> Floats:
+        """Return the part of the matrices that changes of the pressure have [N/m]."""
         weight, slopes = self.weights, self.steepness
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
         swell = slopes @ pooling.swapaxes(-1, -2)
@@ -302,8 +307,7 @@ class SolidElements(PointField, frozen=True):
         values["mean"] = ((weight * pooled).sum(axis=-1) / weight.sum(axis=-1))[..., None]
         bend = evaluate([point.bend_of_mean], values)[0][..., 0]
         push = (bend / weight.sum(axis=-1))[:, None, None] * swell
-        of_points = super().element_matrices(position, exact=exact)
-        return of_points + np.einsum("eax,eby->eaxby", push, swell)
+        return np.einsum("eax,eby->eaxby", push, swell)
 
     # --- for the engine -----------------------------------------------------------------------
 

@@ -234,6 +234,10 @@ def _evened(kind: SolidKind) -> tuple[SolidKind, int]:
 
 def kind_of(shape: ElementShape) -> type[SolidElements]:
     """Return the class of elements of a shape."""
+    if shape.functions > 1:
+        from tissuec.forces.solids.quadratic import QuadraticHexahedra  # where they are needed
+
+        return QuadraticHexahedra
     return Hexahedra if shape.bends else SolidElements
 
 

@@ -84,6 +84,7 @@ class SolidKind(NamedTuple):
         is_bent: Whether they are hexahedra, whose points ``solids.bent_cell`` strains.
         is_box: Whether all of these have edges along the axes.
         is_even: Whether a single point with the mean of C stands for all of a hexahedron.
+        functions: Of the place, on which the volume is projected.
     """
 
     laws: tuple[SolidLaw, ...]
@@ -97,6 +98,7 @@ class SolidKind(NamedTuple):
     is_bent: bool = False
     is_even: bool = False
     is_box: bool = False
+    functions: int = 1
 
     @property
     def tensors(self) -> int:
@@ -171,7 +173,8 @@ def traced_point(kind: SolidKind) -> TracedPoint:
     if kind.is_bent:
         own = CellKind(cell, bent_cell.vectors_of, 8, BOX_WIDTHS if kind.is_box else WIDTHS)
         return TracedPoint(bent, None, kind.widths, kind.tensors, cell=own)
-    return TracedPoint(point, of_volume, kind.widths, kind.tensors)
+    functions = kind.functions
+    return TracedPoint(point, of_volume, kind.widths, kind.tensors, functions=functions)
 
 
 class _Strain(NamedTuple):

@@ -20,6 +20,7 @@ from tissuec.scene.bodies.elements import (
     refuse,
     refuse_entries,
     refuse_mesh,
+    refuse_quadratic,
 )
 from tissuec.scene.bodies.entries import RUPTURE, VALUES
 from tissuec.scene.bodies.fibres import FIBRES_ENTRY, SECOND_FIBRES, SECOND_FIBRES_ENTRY
@@ -348,6 +349,9 @@ class _BodyReader:
             refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)
         wall = is_wall(self.mesh)
         refuse_entries(self.once, made, self.findings, wall=wall)
+        if made.is_quadratic:
+            breaks = self.once["rupture"] if self.rest.get("rupture") else None
+            refuse_quadratic(made, breaks, self.findings, wall=wall)
         if wall and bending is not None:
             refuse("bending by springs", bending.span, made, self.findings)
         for part in self.parts.spring_parts:

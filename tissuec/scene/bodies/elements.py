@@ -24,7 +24,7 @@ from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import ChoiceClause
 
 Part = tuple[Tissue, Span]  # a tissue, and where it is written that a body consists of it
-ELEMENTS, SPRINGS = "elements", "springs"
+ELEMENTS, QUADRATIC, SPRINGS = "elements", "quadratic elements", "springs"
 
 
 class MadeWords(VerbSentence, frozen=True):
@@ -34,7 +34,11 @@ class MadeWords(VerbSentence, frozen=True):
         str,
         ChoiceClause(
             "of",
-            {ELEMENTS: "Finite elements.", SPRINGS: "Springs between nodes."},
+            {
+                ELEMENTS: "Finite elements.",
+                QUADRATIC: "Hexahedra with 27 nodes instead of eight.",
+                SPRINGS: "Springs between nodes.",
+            },
             what="constituent",
         ),
     ]
@@ -72,7 +76,9 @@ def read_made_of(
             hint=Hint(f"write {meant}", Edit(meant, item.span)),
         )  # fmt: skip
     said: MadeWords = reader.get()
-    return MadeOfElements(item.span, is_written=True) if said.of == ELEMENTS else None
+    if said.of == SPRINGS:
+        return None
+    return MadeOfElements(item.span, is_written=True, is_quadratic=said.of == QUADRATIC)
 
 
 def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements | None:
@@ -157,6 +163,25 @@ def refuse_entries(
                     f"remove {name}: the mesh already defines its dimensions", places[name]
                 ),
             )
+
+
+def refuse_quadratic(
+    made: MadeOfElements, breaks: Span | None, findings: Findings, *, wall: bool
+) -> None:
+    """Report what quadratic elements cannot be, or do not have.
+
+    Args:
+        made: Why the body is made of them.
+        breaks: Where it is written that they may break; None if it is not.
+        wall: Whether the body is a wall.
+    """
+    linear = Hint(f"write made of {ELEMENTS}", Edit(f"made of {ELEMENTS}", made.span))
+    if wall:
+        message = "only solids can consist of quadratic elements; a wall consists of triangles"
+        findings.add("TIS306", message, made.span, hint=linear)
+    elif breaks is not None:
+        message = "quadratic elements cannot break"
+        findings.add("TIS306", message, breaks, hint=linear, notes=(note_of(made),))
 
 
 def refuse_mesh(

@@ -35,7 +35,8 @@ class Strained(NamedTuple):
         f: F, shape (element, point, 3, 3).
         c: C, of the same shape.
         j: Ratios of volumes, shape (element, point).
-        pressure: Slope of the energy of the volume of elements [Pa], shape (element,).
+        pressure: Slope of the energy of the volume of elements [Pa], shape (element,), or
+            where volumes are linear in the place, shape (element, point).
         cells: How hexahedra are bent; None for other elements.
     """
 
@@ -44,6 +45,11 @@ class Strained(NamedTuple):
     j: Any
     pressure: Any
     cells: Any = None
+
+    @property
+    def at_points(self) -> Any:
+        """Return the pressure with an axis for points [Pa]."""
+        return self.pressure if np.ndim(self.pressure) == 2 else self.pressure[:, None]
 
 
 class ElementSolid(ForceFormula):
@@ -83,6 +89,9 @@ class ElementSolid(ForceFormula):
         self._weight = np.linalg.det(sides) * weights
         self._volume = self._weight.sum(axis=1)
         self._drawn = None if elements.prestretch is None else drawn_out(elements)
+        self._smooth = None
+        if elements.shape.name == "quadratic hexahedron":
+            self._smooth = _linear_fit(points, self._weight)
         self._cells = None
         if elements.shape.name == "hexahedron":
             self._cells = BendingCells(
@@ -114,8 +123,16 @@ class ElementSolid(ForceFormula):
             return self._bent(corners)
         f = np.einsum("eax,eqak->eqxk", corners, self._slope)
         c, j = np.einsum("eqxk,eqxl->eqkl", f, f), np.linalg.det(f)
+        if self._smooth is not None:
+            _, slope = self._laws.of_volume(self._fitted(j), self._bulk[:, None])
+            # The transpose of the fit with weights is the fit with weights.
+            return Strained(f, c, j, self._fitted(slope))
         mean = (self._weight * j).sum(axis=1) / self._volume
         return Strained(f, c, j, self._laws.of_mean(mean, self._bulk)[1])
+
+    def _fitted(self, values: Any) -> Any:
+        """Return the linear fit to values of points, shape (element, point)."""
+        return np.einsum("eqp,ep->eq", self._smooth, values)
 
     def _bent(self, corners: Any) -> Strained:
         """Return the strain of hexahedra, given their nodes [m], shape (cell, 8, 3)."""
@@ -139,7 +156,7 @@ class ElementSolid(ForceFormula):
         c = state.c
         stress, by_j = self._stress(c, state.j, *more, fibred=fibred)
         cofactors = _cofactors(c)  # of a symmetric tensor
-        by_j = by_j + state.pressure[:, None] * fibred
+        by_j = by_j + state.at_points * fibred
         square = np.einsum("eqk,eqk->eq", c[..., 0], cofactors[..., 0])
         return stress + (by_j * state.j / square)[..., None, None] * cofactors
 
@@ -299,6 +316,9 @@ class ElementSolid(ForceFormula):
         if self._cells is not None:
             of_volume, _ = self._laws.of_mean(at.volume, self._bulk)
             return np.asarray(of_points + self._cells.alone(at, of_volume))
+        if self._smooth is not None:
+            whole, _ = self._laws.of_volume(self._fitted(j), self._bulk[:, None])
+            return np.asarray(of_points + (self._weight * whole).sum(axis=1))
         mean = (self._weight * j).sum(axis=1) / self._volume
         of_mean, _ = self._laws.of_mean(mean, self._bulk)
         return np.asarray(of_points + self._volume * of_mean)
@@ -323,7 +343,7 @@ class ElementSolid(ForceFormula):
         widest = np.linalg.svd(np.einsum("eq,eqxk->exk", part, f), compute_uv=False)[:, 0]
         stress, by_j = self._stress(state.c, state.j)
         kirchhoff = np.einsum("eq,eqxk,eqkl,eqyl->exy", part, f, stress, f)
-        mean = (part * state.j * (by_j + state.pressure[:, None])).sum(axis=1)
+        mean = (part * state.j * (by_j + state.at_points)).sum(axis=1)
         kirchhoff = kirchhoff + mean[:, None, None] * np.eye(3)
         largest = np.linalg.eigvalsh(kirchhoff)[:, -1] / widest
         held = self._energies(position) / self._volume ** (2.0 / 3.0)
@@ -528,6 +548,33 @@ def _hexahedron() -> Rule:
     return points, np.ones(8), np.array(list(product((0, 1), repeat=3))), nodes
 
 
+def _quadratic_hexahedron() -> Rule:
+    places, weights = np.polynomial.legendre.leggauss(3)
+    every = np.array(list(product(range(3), repeat=3)))
+    corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    beside = [(0, -1), (1, 0), (0, 1), (-1, 0)]
+    nodes = [
+        *((x, y, z) for z in (-1, 1) for x, y in corners),
+        *((x, y, z) for z in (-1, 1) for x, y in beside),
+        *((x, y, 0) for x, y in corners),
+        (-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1), (0, 0, 0),
+    ]  # fmt: skip
+    return places[every], weights[every].prod(axis=1), every, np.array(nodes, dtype=float)
+
+
+def _linear_fit(places: Floats, weight: Floats) -> Floats:
+    """Return the matrices of weighted fits of linear functions, shape (element, point, point).
+
+    Args:
+        places: Of the points in natural coordinates, shape (point, 3).
+        weight: Theirs [m³], shape (element, point).
+    """
+    functions = np.column_stack([np.ones(len(places)), places])
+    turned = functions.T * weight[:, None]
+    fitted: Floats = functions @ np.linalg.solve(turned @ functions, turned)
+    return fitted
+
+
 def _tetrahedron() -> Rule:
     apart = 1.0 / np.sqrt(5.0)
     centre, corners = np.full(3, 0.25), np.concatenate([np.zeros((1, 3)), np.eye(3)])
@@ -551,6 +598,7 @@ def _wedge() -> Rule:
 
 RULES: dict[str, Callable[[], Rule]] = {
     "hexahedron": _hexahedron,
+    "quadratic hexahedron": _quadratic_hexahedron,
     "tetrahedron": _tetrahedron,
     "wedge": _wedge,
 }
