@@ -8,6 +8,8 @@ from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.structs import replace
 from tissuec.forces import element_fields, point_fields
 from tissuec.forces.matrices import FEW, without_negative
+from tissuec.laws.formula import Variable, exp
+from tissuec.laws.uniaxial import OfTension
 
 LATTICE = """language 1
 tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }
@@ -74,6 +76,18 @@ def test_only_what_is_indefinite_is_clamped(wrong):
     found = without_negative(matrices.reshape(5, FEW, 9, 9)).reshape(-1, 9, 9)
     # A part of 1e-11 of the largest entry counts as none.
     assert np.abs(found - expected).max() <= 1e-10 * np.abs(matrices).max()
+
+
+def test_energies_of_many_elements_of_a_curve_are_those_of_a_few(monkeypatch):
+    """No kernel can find them."""
+    field, drawn = lattice()
+    strain = Variable("strain")
+    field = replace(field, laws=(OfTension(5e3 / 3.0 * (exp(3.0 * strain) - 1.0), 5e3),))
+    position = drawn + 1e-4 * np.sin(np.arange(drawn.size) ** 2).reshape(drawn.shape)
+    few = field.energies(position)
+    monkeypatch.setattr(point_fields, "MANY", 1)
+    # Divided by volumes and multiplied again.
+    np.testing.assert_allclose(field.energies(position), few, rtol=1e-15)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-4, 3e-3])

@@ -230,6 +230,10 @@ class PointField(ElementField, frozen=True, dict=True):
             self._asked[0] += self.item_count
             if self._asked[0] >= MANY:
                 return self._measure_energy(len(position))(position.ravel())
+        return self._energies(position)
+
+    def _energies(self, position: Floats) -> Floats:
+        """Return ``energies`` by NumPy."""
         found = np.empty((*position.shape[:-2], self.item_count))
         for part, own in self.in_blocks():
             kind, _ = own._stiffened
@@ -637,7 +641,7 @@ class PointField(ElementField, frozen=True, dict=True):
         def measure(x: Floats) -> Floats:
             # Nodes of elements keep their places; hidden ones may have none any more.
             position = x.reshape(-1, 3).take(place, axis=0, mode="clip")
-            energy = (self.energies(position) / volume)[:, None]
+            energy = (self._energies(position) / volume)[:, None]
             return energy if others is None else np.append(others(x), energy, axis=1)
 
         return measure
