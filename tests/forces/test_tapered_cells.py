@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.imports.organs import grid_of_hexahedra, write_vtk
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.checks.tapered_cells import tapered
 
@@ -30,17 +31,7 @@ def bar(folder, cells, thick, shift, layers):
     place[..., 0] = x[:, None, None] + lean[:, None, None] * 2.0 * z
     place[..., 1] = thick * np.array([0.0, 1.0])[:, None]
     place[..., 2] = thick * z
-    number = np.arange(place[..., 0].size).reshape(place.shape[:3])
-    lower = [number[:-1, 0], number[1:, 0], number[1:, 1], number[:-1, 1]]
-    corners = np.stack([*(n[:, :-1] for n in lower), *(n[:, 1:] for n in lower)], axis=-1)
-    rows = "\n".join("8 " + " ".join(map(str, one)) for one in corners.reshape(-1, 8))
-    count = corners.size // 8
-    points = "\n".join(" ".join(map(repr, one)) for one in place.reshape(-1, 3).tolist())
-    (folder / "bar.vtk").write_text(
-        "# vtk DataFile Version 3.0\nbar\nASCII\nDATASET UNSTRUCTURED_GRID\n"
-        f"POINTS {number.size} double\n{points}\nCELLS {count} {9 * count}\n{rows}\n"
-        f"CELL_TYPES {count}\n" + "12\n" * count
-    )
+    write_vtk(folder / "bar.vtk", *grid_of_hexahedra(place))
 
 
 @pytest.mark.parametrize(

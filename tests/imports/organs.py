@@ -49,6 +49,14 @@ def box_of_hexahedra(cells: int = 2):
     return 10.0 * grid, (low[:, None] + corner) @ (side * side, side, 1)
 
 
+def grid_of_hexahedra(place: Any):
+    """Return nodes and cells between places of shape (column, row, layer, 3)."""
+    number = np.arange(place[..., 0].size).reshape(place.shape[:3])
+    low = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+    cells = np.stack([*(n[..., :-1] for n in low), *(n[..., 1:] for n in low)], axis=-1)
+    return place.reshape(-1, 3), cells.reshape(-1, 8)
+
+
 NAMES = {
     3: ("triangle", 5, 2, "tri3"),
     4: ("tetra", 10, 4, "tet4"),
