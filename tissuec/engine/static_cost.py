@@ -31,10 +31,11 @@ NEAR, FIRST, INEXACT = 2.2, 4.0, 1.9
 # bodies at most, and the slenderness from which there are twice as many.
 NET, MOST, SLENDER = 2.5, 5.0, 5.0
 TOUCHING = 3.0  # times as many equilibria where contact begins and ends, which halves steps
-# Of a matrix [s]: a fixed part, one for each field and for each spring; and what making that of
-# items takes, over the estimate for implicit steps.
-MATRIX, FIELD, SPRING, ITEMS = 2e-4, 5e-4, 6e-7, 0.1
-TOUCHES = 0.4  # the same for contact, with the search for pairs
+# Of a matrix [s]: a fixed part, one for each field and for each spring.
+MATRIX, FIELD, SPRING = 2e-4, 5e-4, 6e-7
+TOUCHES = 1.6  # of that of contact, over the estimate for implicit steps: the search for pairs
+# Of what else a step does [s], for each field: forces and energies along it, and its checks.
+BESIDE = 1e-2
 # Of a factor [s]: a fixed part, and by unknown and by multiplication. Of iterations, by node.
 FACTOR, UNKNOWN, MULTIPLICATION, ITERATED = 4e-4, 5e-6, 5e-10, 1.6e-5
 OF_MATRIX = 85.0  # bytes of a number of K, with what multigrid makes of it
@@ -74,7 +75,8 @@ def static_cost(state: State, plan: Plan) -> StaticCost:
     again = 1.0 if state.network.contact is None else TOUCHING
     solving = _solving(state)
     steps = (FIRST * _far(state) * first + NEAR * near) * again * solving.more
-    seconds = steps * (_matrix_seconds(state) + solving.seconds)
+    beside = BESIDE * max(1, len(state.fields))
+    seconds = steps * (_matrix_seconds(state) + solving.seconds + beside)
     return StaticCost(first + near, steps, seconds, solving.bytes)
 
 
@@ -149,7 +151,7 @@ def _slenderness(position: Floats, held: NDArray[np.bool_], volume: float) -> fl
 def _matrix_seconds(state: State) -> float:
     """Return the predicted time of a matrix [s]."""
     items = sum(
-        (TOUCHES if name == "contact" else ITEMS) * field.matrix_seconds
+        (TOUCHES if name == "contact" else 1.0) * field.matrix_seconds
         for name, field in state.named_fields.items()
     )
     return MATRIX + FIELD * len(state.fields) + SPRING * len(_acting_ends(state)) + items

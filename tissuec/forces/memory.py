@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix, csr_matrix
 
 # Time of the derivatives of what a hidden node keeps, and of eliminating it in a solution [s].
-TANGENT_SECONDS, ELIMINATION_SECONDS = 2.5e-5, 4e-7
+TANGENT_SECONDS, ELIMINATION_SECONDS = 8e-6, 4e-7
 
 
 class MemoryTangents(NamedTuple):

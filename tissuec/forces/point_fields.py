@@ -29,7 +29,7 @@ from tissuec.core.keeping import kept_on_owner
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField, young_of
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
-from tissuec.forces.memory import MemoryTangents
+from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
 from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits, measures_of
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
 from tissuec.forces.solids.solid_point import SolidKind
@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 ALIKE = 1e-9  # of the size of elements: differences of places that are rounding
 MANY = 2000  # energies of elements, from which on a kernel finds them: it takes time to make
 NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
+# Of a matrix, and of the damping of viscous elements, over an evaluation without tensors.
+_MAKING, _DAMPING = 17.0, 120.0
 #: Returns the traced points of elements of a kind, such as a ``SolidKind``.
 Tracing = Callable[[Any], TracedPoint]
 
@@ -718,6 +720,18 @@ class PointField(ElementField, frozen=True, dict=True):
         return self._between_nodes(flat.reshape(*flat.shape[:2], side, side))
 
     # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def _bare_seconds(self) -> float:
+        """Return an estimate of the time of an evaluation of what nothing remembers [s]."""
+
+    @property
+    def matrix_seconds(self) -> float:
+        """Return an estimate of the time of making their matrix [s]."""
+        damping = _DAMPING if self.is_damped else 0.0
+        tangents = TANGENT_SECONDS * len(self.hidden)
+        return (_MAKING + damping) * self._bare_seconds + tangents
 
     @property
     def kernel(self) -> GeneratedKernel:

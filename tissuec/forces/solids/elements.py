@@ -42,7 +42,6 @@ from tissuec.autodiff.points import PLACES
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import numbered_laws
-from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.element_memory import Branches, ElementYield
@@ -55,9 +54,8 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
-_SECONDS = 1.1e-8  # of one evaluation of a point, for each of its nodes
-_MAKING = 85.0  # of the matrix, over one of them without tensors
-_BRANCH_SECONDS = 85e-9  # and for each branch, or where it yields
+_SECONDS = 4.5e-9  # of one evaluation of a point, for each of its nodes
+_TENSOR_SECONDS = 6e-8  # and for each branch, or where it yields
 
 
 class SolidMaterial(NamedTuple):
@@ -315,14 +313,12 @@ class SolidElements(PointField, frozen=True):
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
         tensors = sum(len(each.exists) for each in self.stored_tensors)
-        own = _SECONDS * self.item_count * self.shape.nodes
-        return self.points * (own + _BRANCH_SECONDS * tensors)
+        return self.points * _TENSOR_SECONDS * tensors + self._bare_seconds
 
     @property
-    def matrix_seconds(self) -> float:
-        """Return an estimate of the time of making their matrix [s]."""
-        bare = replace(self, branches=None, yielding=None).seconds
-        return _MAKING * bare + TANGENT_SECONDS * len(self.hidden)
+    def _bare_seconds(self) -> float:
+        """Return ``seconds`` without what points remember; see ``PointField``."""
+        return _SECONDS * self.item_count * self.shape.nodes * self.points
 
     @property
     def crack_areas(self) -> Floats:

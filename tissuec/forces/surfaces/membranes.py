@@ -42,7 +42,6 @@ from tissuec.core.arrays import cross
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import numbered_laws
-from tissuec.forces.memory import TANGENT_SECONDS
 from tissuec.forces.point_fields import PointField, Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.element_memory import Branches, ElementYield
@@ -255,12 +254,12 @@ class Membranes(PointField, frozen=True):
     def seconds(self) -> float:
         """Return an estimate of the time of one evaluation [s]."""
         tensors = sum(len(each.exists) for each in self.stored_tensors)
-        return _SECONDS * self.item_count + _TENSOR_SECONDS * tensors
+        return self._bare_seconds + _TENSOR_SECONDS * tensors
 
     @property
-    def matrix_seconds(self) -> float:
-        """Return an estimate of the time of making their matrix [s]."""
-        return super().matrix_seconds + TANGENT_SECONDS * len(self.hidden)
+    def _bare_seconds(self) -> float:
+        """Return ``seconds`` without what points remember; see ``PointField``."""
+        return _SECONDS * self.item_count
 
     @property
     def crack_areas(self) -> Floats:

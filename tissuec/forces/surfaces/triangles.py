@@ -13,14 +13,13 @@ within the plane, where the area is a quadratic function. A triangle without are
 and exerts no forces.
 """
 
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import cross
-from tissuec.forces.fields import SECONDS, Field, Items
 from tissuec.forces.matrices import assembled
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.model.network import Floats, Indices
@@ -89,38 +88,6 @@ class SkinTriangles:
             alive: False for springs that were cut or broke, shape (spring,).
         """
         return np.flatnonzero(~self._supported.whole(alive))
-
-
-class OnTriangles(Field, frozen=True):
-    """A field whose items are triangles of the skin; torn ones do not act.
-
-    Members define ``only``: ``skin.some``, and the same rows of their own arrays.
-
-    Attributes:
-        skin: The triangles.
-    """
-
-    skin: SkinTriangles
-
-    def items(self, place: Indices) -> Items:
-        """Return the corners of the triangles."""
-        return Items.of(place[self.skin.corners])
-
-    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
-        """Return the triangles that are torn, ascending; ``alive`` as in ``Field``."""
-        return self.skin.torn(alive)
-
-    def intact(self, alive: NDArray[np.bool_]) -> Self:
-        """Return the field of the triangles that are not torn; ``alive`` as in ``Field``."""
-        torn = self.skin.torn(alive)
-        if not len(torn):
-            return self
-        return self.only(np.delete(np.arange(len(self.skin)), torn))
-
-    @property
-    def seconds(self) -> float:
-        """Return an estimate of the time of one evaluation [s], with normals and edges."""
-        return super().seconds + SECONDS * 24 * len(self.skin)
 
 
 class Areas(Struct, frozen=True, eq=False):
