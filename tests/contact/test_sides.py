@@ -308,7 +308,7 @@ tool needle {{ kind is probe; radius = 0.3 mm
   axis from (-3, 5.1, 8.4) mm to (11, 5.3, 8.5) mm }}
 environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only
   contact surface stiffness = 20 MPa/m }}
-simulate {{ duration = 10 ms; step = {step} us; integrator is velocity Verlet }}
+simulate {{ duration = 11 ms; step = {step} us; integrator is velocity Verlet }}
 output {{ energy every 0.1 ms; penetration of needle every 0.1 ms }}
 """)
         depth = played.log("penetration of needle")[1].ravel()

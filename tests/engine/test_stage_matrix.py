@@ -136,7 +136,8 @@ def residuals(state, seed=1):
 
 @every("case", CASES)
 def test_newtons_method_has_the_whole_derivative(case):
-    state, q = moved_state(case), 1.5e-3
+    # A shorter step than 1.5 ms is needed: masses of few cells leave it definite until then.
+    state, q = moved_state(case), 1.3e-3
     residual = residuals(state)
     found = solved(state, q, residual)
     chosen = unknowns(state)

@@ -97,6 +97,9 @@ def test_a_bar_flows_above_its_yield_stress_and_stays_longer():
     fluid = FLOW.format(400).replace("; retardation time = 1 ms", "")
     text = bar(fluid, script, "1 s").replace("every 5 ms", "every 20 ms")
     text = text.replace("stress of high", "plastic strain of high")
+    # Corners of a single cell are lighter than their part of the load; without much mass, that
+    # counts as little.
+    text = text.replace("density = 1000 kg/m^3", "density = 100 kg/m^3")
     outcome, recording = carried_out(compiled_scene(text))
     position = recording.frame_arrays()[1]
     flows_above_its_yield_stress(recording, np.log(position[:, 7, [2, 0]] / 5e-3))

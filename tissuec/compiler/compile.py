@@ -222,18 +222,18 @@ def build_bodies(scene: Scene, findings: Findings) -> Bodies:
                 drawing = draw(scene.bodies[key], scene.constants)
                 drawings.append(drawing)
                 if drawing.body.is_whole:
-                    built.append(_built(drawing, findings))
+                    built.append(_built(drawing, scene.environment, findings))
         if drawing is None:
             findings.doubt(declared.name)
     return Bodies(drawings, built)
 
 
-def _built(drawing: Drawing, findings: Findings) -> BodyArrays:
+def _built(drawing: Drawing, environment: Environment, findings: Findings) -> BodyArrays:
     if drawing.body.elements is None:
         return build_body(drawing, findings)
     from tissuec.compiler.elements.build import build_elements  # most nets have none
 
-    return build_elements(drawing, findings)
+    return build_elements(drawing, findings, [said.plane for said in environment.planes])
 
 
 def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> Network:
@@ -265,6 +265,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
         mass=uniform(every(lambda b: b.mass, np.float64)),
+        weighing=_weighing(bodies),
         springs=replace(joined, inelastic=inelastic),
         skin=skin,
         node_ids=every(lambda b: b.node_ids, np.int64),
@@ -280,6 +281,14 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
         cutting=_cutting(bodies, parts, blocks),
     )
+
+
+def _weighing(bodies: Sequence[BodyArrays]) -> NDArray[np.float64] | None:
+    """Return weights over those that masses would have; None if none differs."""
+    if all(body.weighing is None for body in bodies):
+        return None
+    each = [np.ones_like(b.mass) if b.weighing is None else b.weighing for b in bodies]
+    return np.concatenate(each)
 
 
 # Most nets have neither elements nor hinges, and need none of what places them.

@@ -119,19 +119,58 @@ CUBE = np.array(
 )  # fmt: skip
 
 
-def _hexahedron() -> ElementShape:
-    sides, points = CUBE, CUBE / np.sqrt(3.0)
-    factors = 0.5 * (1.0 + sides * points[:, None, :])
+class NodeFunctions(NamedTuple):
+    """The functions of nodes at points of an element.
+
+    Attributes:
+        values: N_a, dimensionless, shape (point, node).
+        gradients: ∂N_a/∂ξ, dimensionless, shape (point, node, 3).
+    """
+
+    values: Floats
+    gradients: Floats
+
+
+def trilinear(points: Floats) -> NodeFunctions:
+    """Return the functions of hexahedra, dimensionless.
+
+    Args:
+        points: Natural coordinates from -1 to 1, shape (point, 3).
+    """
+    factors = 0.5 * (1.0 + CUBE * points[:, None, :])
     gradients = np.stack(
-        [0.5 * sides[:, k] * np.prod(np.delete(factors, k, axis=2), axis=2) for k in range(3)],
+        [0.5 * CUBE[:, k] * np.prod(np.delete(factors, k, axis=2), axis=2) for k in range(3)],
         axis=2,
     )
+    return NodeFunctions(np.prod(factors, axis=2), gradients)
+
+
+def prismatic(flat: Floats, heights: Floats) -> NodeFunctions:
+    """Return the functions of wedges, dimensionless.
+
+    Args:
+        flat: Shares of the corners of the triangle, shape (point, 3).
+        heights: From -1 to 1, shape (point,).
+    """
+    slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+    values: list[Floats] = []
+    gradients: list[Floats] = []
+    for sign in (-1.0, 1.0):
+        end = 0.5 * (1.0 + sign * heights)[:, None]
+        values.append(end * flat)
+        across = np.broadcast_to(slopes, (len(flat), 3, 2)) * end[:, :, None]
+        gradients.append(np.concatenate([across, sign * 0.5 * flat[:, :, None]], axis=2))
+    return NodeFunctions(np.concatenate(values, axis=1), np.concatenate(gradients, axis=1))
+
+
+def _hexahedron() -> ElementShape:
+    at = trilinear(CUBE / np.sqrt(3.0))
     quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
     triangles = [[q[0], q[i], q[i + 1]] for q in quads for i in (1, 2)]
-    edges = [(a, b) for a, b in combinations(range(8), 2) if (sides[a] != sides[b]).sum() == 1]
+    edges = [(a, b) for a, b in combinations(range(8), 2) if (CUBE[a] != CUBE[b]).sum() == 1]
     return ElementShape(
-        "hexahedron", gradients, np.ones(8), np.prod(factors, axis=2), np.array(edges),
-        np.array(triangles), np.repeat(np.arange(6), 2), bends=True,
+        "hexahedron", at.gradients, np.ones(8), at.values, np.array(edges), np.array(triangles),
+        np.repeat(np.arange(6), 2), bends=True,
     )  # fmt: skip
 
 
@@ -149,10 +188,8 @@ GRID = np.stack(np.unravel_index(np.argsort(TRIQUADRATIC, axis=None), (3, 3, 3))
 CUBE_27 = GRID - 1.0
 
 
-def triquadratic(places: Floats) -> tuple[Floats, Floats]:
-    """Return the shape functions of hexahedra with 27 nodes, and their natural gradients.
-
-    Shapes (place, node) and (place, node, 3).
+def triquadratic(places: Floats) -> NodeFunctions:
+    """Return the functions of hexahedra with 27 nodes, dimensionless.
 
     Args:
         places: In natural coordinates, shape (place, 3).
@@ -162,7 +199,7 @@ def triquadratic(places: Floats) -> tuple[Floats, Floats]:
     slopes = np.concatenate([x - 0.5, -2.0 * x, x + 0.5], axis=2)
     along, steep = ([one[:, k, GRID[:, k]] for k in range(3)] for one in (values, slopes))
     gradients = [np.prod([*along[:k], steep[k], *along[k + 1 :]], axis=0) for k in range(3)]
-    return np.prod(along, axis=0), np.stack(gradients, axis=2)
+    return NodeFunctions(np.prod(along, axis=0), np.stack(gradients, axis=2))
 
 
 def _quadratic_hexahedron() -> ElementShape:
@@ -189,27 +226,16 @@ def _quadratic_hexahedron() -> ElementShape:
 
 
 def _wedge() -> ElementShape:
-    slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-    inner = np.array([[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]]) / 6.0
-    gradients: list[Floats] = []
-    lumped: list[Floats] = []
-    for height in (-1.0 / np.sqrt(3.0), 1.0 / np.sqrt(3.0)):
-        for s, t in inner:
-            flat = np.array([1.0 - s - t, s, t])
-            ends = 0.5 * (1.0 - height), 0.5 * (1.0 + height)
-            lumped.append(np.concatenate([flat * ends[0], flat * ends[1]]))
-            halves = [
-                np.column_stack([slopes * end, sign * 0.5 * flat])
-                for end, sign in zip(ends, (-1.0, 1.0), strict=True)
-            ]
-            gradients.append(np.concatenate(halves))
+    inner = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
+    heights = np.repeat([-1.0, 1.0], 3) / np.sqrt(3.0)
+    at = prismatic(np.tile(inner, (2, 1)), heights)
     triangles = [
         [0, 2, 1], [3, 4, 5],
         [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5],
     ]  # fmt: skip
     edges = [(0, 1), (1, 2), (0, 2), (3, 4), (4, 5), (3, 5), (0, 3), (1, 4), (2, 5)]
     return ElementShape(
-        "wedge", np.array(gradients), np.full(6, 1.0 / 6.0), np.array(lumped), np.array(edges),
+        "wedge", at.gradients, np.full(6, 1.0 / 6.0), at.values, np.array(edges),
         np.array(triangles), np.array([0, 1, 2, 2, 3, 3, 4, 4]),
     )  # fmt: skip
 
@@ -219,16 +245,25 @@ MIDDLES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 _OUTWARD = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 
 
+def quadratic(points: Floats) -> NodeFunctions:
+    """Return the functions of tetrahedra with ten nodes, dimensionless.
+
+    Args:
+        points: Shares λ of the corners, shape (point, 4).
+    """
+    slopes = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    a, b = MIDDLES.T
+    corners = (4.0 * points - 1.0)[..., None] * slopes
+    middles = 4.0 * (points[:, b, None] * slopes[a] + points[:, a, None] * slopes[b])
+    values = [points * (2.0 * points - 1.0), 4.0 * points[:, a] * points[:, b]]
+    return NodeFunctions(
+        np.concatenate(values, axis=1), np.concatenate([corners, middles], axis=1)
+    )
+
+
 def _tetrahedron() -> ElementShape:
     near, far = (5.0 + 3.0 * np.sqrt(5.0)) / 20.0, (5.0 - np.sqrt(5.0)) / 20.0
-    slopes = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    gradients = np.empty((4, 10, 3))
-    for q in range(4):
-        part = np.full(4, far)
-        part[q] = near
-        gradients[q, :4] = (4.0 * part[:, None] - 1.0) * slopes
-        a, b = MIDDLES.T
-        gradients[q, 4:] = 4.0 * (part[b, None] * slopes[a] + part[a, None] * slopes[b])
+    at = quadratic(far + (near - far) * np.eye(4))
     middle = {tuple(pair): 4 + k for k, pair in enumerate(np.sort(MIDDLES).tolist())}
     triangles: list[tuple[int, int, int]] = []
     edges: set[tuple[int, int]] = set()
@@ -246,7 +281,7 @@ def _tetrahedron() -> ElementShape:
             }
     lumped = np.tile([1.0 / 36.0] * 4 + [4.0 / 27.0] * 6, (4, 1))
     return ElementShape(
-        "tetrahedron", gradients, np.full(4, 1.0 / 24.0), lumped, np.array(sorted(edges)),
+        "tetrahedron", at.gradients, np.full(4, 1.0 / 24.0), lumped, np.array(sorted(edges)),
         np.array(triangles), np.repeat(np.arange(4), 4), local=2.0,
     )  # fmt: skip
 

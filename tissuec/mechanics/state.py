@@ -188,6 +188,14 @@ class State(Struct, eq=False):
             braking[: len(own)] += own
         return braking
 
+    @property
+    def weighing(self) -> Floats:
+        """Return weights over those that masses would have, dimensionless, shape (node,)."""
+        weighing, own = np.ones(self.network.node_count), self.network.weighing
+        if own is not None:
+            weighing[: len(own)] = own
+        return weighing
+
     def spring_force(self, chosen: Indices | slice = ALL) -> SpringForce:
         """Return the force of some springs with their present numbers.
 
@@ -455,7 +463,7 @@ class State(Struct, eq=False):
     def outer(self) -> tuple[Nodal, ...]:
         """Return the external forces on free nodes: weight, drag and applied forces."""
         held, braking = self.held, self.braking
-        weight = Weight(np.where(held, 0.0, self.mass), self.gravity)
+        weight = Weight(np.where(held, 0.0, self.mass), self.gravity, self.weighing)
         drag = Drag(np.where(held, 0.0, braking))
         return (
             *((weight,) if self.gravity.any() else ()),

@@ -238,6 +238,8 @@ class Network(Struct, frozen=True, eq=False, dict=True):
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
         blocks: What acts beside springs from the start: hinges, contact, ``force`` blocks.
+        weighing: Weights of the nodes of bodies over those that their masses would have,
+            dimensionless, shape (node,); None if all are 1.
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
             None without any.
         friction: Coefficients that tissues give to nodes and surfaces; None without any.
@@ -259,6 +261,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
     blocks: tuple[FieldBlock, ...] = ()
+    weighing: Floats | None = None
     drag: Floats | None = None
     marks: tuple[MarkPart, ...] = ()
     skin_marks: Indices | None = None

@@ -144,6 +144,7 @@ class Equations:
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         self.gravity, self.drag = state.gravity, state.braking[self.free]
         self.mass = state.mass[self.free]
+        self.heavy = self.mass * state.weighing[self.free]
         self._still = state.position - network.position
         self.springs = np.flatnonzero(state.alive)
         numbers = (state.springs.stiffness, state.springs.damping, state.springs.rest)
@@ -406,7 +407,8 @@ class Equations:
             work += self._drawing(time, springs.pull)
         lost = springs.brake @ springs.closing + self.drag @ np.einsum("nk,nk->n", own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
-        fall = acting / self.mass[:, None] + self.gravity
+        weight = self.heavy[:, None] * self.gravity
+        fall = (acting + weight) / self.mass[:, None]
         bending, giving, wasted = self._bending(position, velocity), _NONE, 0.0
         if self.yielding.count:
             given = self.yielding.read(velocity)
@@ -504,7 +506,7 @@ class Equations:
         return ReferenceEnergies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
             elastic=float(stored),
-            gravity=-float(self.mass @ (place @ self.gravity)),
+            gravity=-float(self.heavy @ (place @ self.gravity)),
         )
 
     def scales(

@@ -292,7 +292,7 @@ class EnergyField:
         self.mass = equations.mass
         self.start = (state.position[self.free] - self.drawn).ravel()
         outside = equations.outside(self._time)[self.free]
-        self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
+        self._load = (outside + equations.heavy[:, None] * equations.gravity).ravel()
         self._jets = tuple(state.jets.values())
         kinds = PressedSkin, ActiveFibres
         self._sources = [one for one in equations.fields if isinstance(one, kinds)]

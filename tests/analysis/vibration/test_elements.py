@@ -30,6 +30,5 @@ def test_a_clamped_bar_swings_as_finite_elements_of_another_library_do():
     coarse, fine = np.abs(found / KNOWN - 1.0)
     assert fine[[0, 1, 3]].max() < 0.005
     assert coarse[[0, 1, 3]].max() < 0.02
-    # Masses at few nodes have larger moments of inertia than the bar.
-    assert fine[2] < 0.045
-    assert fine[2] < 0.4 * coarse[2]
+    # Masses have the moment of inertia of the bar, whose torsion is too stiff.
+    assert fine[2] < 0.02

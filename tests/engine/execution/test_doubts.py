@@ -419,13 +419,15 @@ def test_bodies_that_pass_through_each_other_are_found(contact, why):
         return
     (one,) = found
     assert (one.kind, one.subject) == ("bodies overlap", "lower and upper")
-    assert one.what.endswith(why) and one.most == one.last > 10
+    assert one.what.endswith(why) and one.most >= one.last > 10
     # The gap of 1 mm is closed when the top has moved by a third of its way.
     assert 5e-3 < one.time < 12e-3 and " of " in one.where
 
 
 def test_bodies_that_sink_deep_into_each_other_are_found():
-    found = doubts(two_blocks(11, f"{WITH_CONTACT}; contact surface stiffness = 1 kPa/m"))
+    # Motions of few cells are too slow.
+    text = two_blocks(11, f"{WITH_CONTACT}; contact surface stiffness = 1 kPa/m")
+    found = doubts(text.replace("cell = 5 mm", "cell = 2.5 mm"))
     assert {one.kind for one in found} == {"sinks into a body"}
     assert {one.subject for one in found} == {"lower in upper", "upper in lower"}
     # A quarter of the upper block's volume over half its surface is 0.83 mm, behind a gap of

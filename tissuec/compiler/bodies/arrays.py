@@ -59,6 +59,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     elements: "tuple[BodyElements, ...]" = ()
     bends: "WallBending | None" = None  # of a wall of elements
     breaking: Provenance | None = None  # origins of the limits of elements
+    weighing: Floats | None = None
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end

@@ -5,7 +5,7 @@ bulk modulus E/(3(1 - 2ν)). Springs along the edges of elements have no stiffne
 them is cut, its elements are gone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.elements.branches import branches_of
+from tissuec.compiler.elements.inertia import turning_masses
 from tissuec.compiler.elements.limits import ElementMarks, LimitReader
+from tissuec.compiler.elements.regions import by_shape
 from tissuec.compiler.elements.yielding import yielding_of
 from tissuec.compiler.materials.cutting_resistance import resistance_of_parts
 from tissuec.compiler.materials.tissue_parts import (
@@ -53,6 +55,7 @@ from tissuec.scene.tissues.quantities import (
     RETARDATION_TIME,
     YOUNGS_MODULUS,
 )
+from tissuec.script.verbs.cut_surface import Blade
 
 if TYPE_CHECKING:
     from tissuec.forces.solids.elements import SolidMaterial
@@ -95,11 +98,13 @@ class ElementReader:
     Args:
         drawing: Of a body that is made of elements.
         findings: Takes diagnostics.
+        planes: Of symmetry of the scene.
     """
 
-    def __init__(self, drawing: Drawing, findings: Findings):
+    def __init__(self, drawing: Drawing, findings: Findings, planes: Sequence[Blade] = ()):
         assert drawing.body.elements is not None and drawing.element_part is not None
         self.drawing, self.body, self.findings = drawing, drawing.body, findings
+        self.planes = planes
         self.made, self.part = drawing.body.elements, drawing.element_part
         self.parts = TissueParts(drawing, findings)
         self._note = (note_of(self.made),)
@@ -124,7 +129,11 @@ class ElementReader:
             )
             for name, value in numbers.items()
         }
-        return {"mass": self._mass(), **springs}
+        return {"mass": self._mass(self._turning), **springs}
+
+    def weights(self) -> Floats:
+        """Return the weight of each node as a mass [kg], shape (node,)."""
+        return self._mass(self._lumped)[0]
 
     def elements(self) -> tuple[BodyElements, ...]:
         """Return the elements with their moduli, shape by shape."""
@@ -367,41 +376,59 @@ class ElementReader:
 
     # --- masses -------------------------------------------------------------------------------
 
-    def _mass(self) -> Explained:
+    def _mass(self, spread: Callable[[Floats], Floats]) -> Explained:
         """Return the mass of each node [kg], shape (node,).
 
-        Each element has the mass that its density gives, lumped at its nodes.
+        Each element has the mass that its density gives, or the part of a mass that its volume
+        is.
+
+        Args:
+            spread: Returns masses of nodes for densities of elements.
         """
-        mesh, node_part = self.drawing.mesh, self.drawing.part
-        shares = [self._shares(one) for one in mesh.elements]
-        volume = np.zeros(len(node_part))
-        for one, share in zip(mesh.elements, shares, strict=True):
-            volume += np.bincount(one.nodes.ravel(), share.ravel(), len(node_part))
+        node_part, even = self.drawing.part, np.ones(len(self.part))
         if self.body.mass is not None:
             known = Provenance(
                 np.zeros_like(node_part), (Origin(self.body.places["mass"], "written"),)
             )
+            volume = spread(even)
             return self.body.mass * volume / volume.sum(), known
         used = np.concatenate([node_part, self.part])
         given = self.parts.given("mass", used)
         origins = tuple(
             Origin(g.span, g.how) if g else Origin(self.body.span, "none") for g in given
         )
-        values = np.zeros(len(node_part))
         is_dense = np.array([g is not None and g.quantity.is_of_matter for g in given])
-        density = self.parts.at_elements(given, 0.0)
-        first = 0
-        for one, share in zip(mesh.elements, shares, strict=True):
-            own = slice(first, first + len(one.nodes))
-            first += len(one.nodes)
-            each = np.where(is_dense[self.part[own]], density[own], 0.0)[:, None]
-            values += np.bincount(one.nodes.ravel(), (each * share).ravel(), len(values))
+        density = np.where(is_dense[self.part], self.parts.at_elements(given, 0.0), 0.0)
+        values = spread(density)
         for number, one in enumerate(given):
             if one is not None and not is_dense[number]:
                 own = node_part == number
-                is_whole = one.spread == "whole body"
-                values[own] = one.value * (volume[own] / volume.sum() if is_whole else 1.0)
+                values[own] = one.value
+                if one.spread == "whole body":
+                    volume = spread(even)
+                    values[own] *= volume[own] / volume.sum()
         return values, Provenance(node_part, origins)
+
+    def _turning(self, density: Floats) -> Floats:
+        """Return the mass of nodes [kg], with the moments of the elements, shape (node,).
+
+        Args:
+            density: Of elements [kg/m³], shape (element,).
+        """
+        return turning_masses(self.drawing.mesh, density, self._lumped(density), self.planes)
+
+    def _lumped(self, density: Floats) -> Floats:
+        """Return the mass of nodes [kg], shape (node,).
+
+        Args:
+            density: Of elements [kg/m³], shape (element,).
+        """
+        mesh = self.drawing.mesh
+        found = np.zeros(len(mesh.position))
+        for one, each in zip(mesh.elements, by_shape(density, mesh), strict=True):
+            share = each[:, None] * self._shares(one)
+            found += np.bincount(one.nodes.ravel(), share.ravel(), len(found))
+        return found
 
     def _shares(self, elements: ElementMesh) -> Floats:
         """Return the volume that each node has of each element [m³], shape (element, node)."""

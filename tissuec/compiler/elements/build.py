@@ -1,5 +1,7 @@
 """From a drawn body to arrays, where it is made of elements."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tissuec.compiler.bodies.arrays import BodyArrays, check_sizes, initial_velocity
@@ -11,12 +13,17 @@ from tissuec.compiler.materials.cutting_resistance import SpringResistance
 from tissuec.laws import LINEAR
 from tissuec.model.springs import Springs
 from tissuec.scene.reading.findings import Findings
+from tissuec.script.verbs.cut_surface import Blade
 
 
-def build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
-    """Return the arrays of a body that is made of elements; see ``bodies.arrays``."""
+def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]) -> BodyArrays:
+    """Return the arrays of a body that is made of elements; see ``bodies.arrays``.
+
+    Args:
+        planes: Of symmetry of the scene.
+    """
     of_kind = MembraneReader if drawing.body.is_wall else ElementReader
-    body, reader = drawing.body, of_kind(drawing, findings)
+    body, reader = drawing.body, of_kind(drawing, findings, planes)
     quantities, elements = reader.read(), reader.elements()
     arrays = {name: values for name, (values, _) in quantities.items()}
     velocity = initial_velocity(drawing, arrays["mass"])
@@ -43,4 +50,5 @@ def build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
         elements=elements,
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
         breaking=reader.limits.known(reader.part) if body.may_rupture else None,
+        weighing=None if body.is_wall else reader.weights() / arrays["mass"],
     )

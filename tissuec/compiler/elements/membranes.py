@@ -3,6 +3,8 @@
 A wall of the thickness t resists bending with the rigidity E t³ / (12 (1 - ν²)) of a plate.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
@@ -22,6 +24,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.scene.bodies.fibres import Direction, Helix
 from tissuec.scene.bodies.prestress import PRESTRESS
 from tissuec.scene.reading.findings import Findings
+from tissuec.script.verbs.cut_surface import Blade
 
 _ACROSS = 0.1  # part of a direction that must lie within each triangle
 
@@ -82,10 +85,11 @@ class MembraneReader(ElementReader):
     Args:
         drawing: Of a wall that is made of elements.
         findings: Takes diagnostics.
+        planes: Of symmetry of the scene.
     """
 
-    def __init__(self, drawing: Drawing, findings: Findings):
-        super().__init__(drawing, findings)
+    def __init__(self, drawing: Drawing, findings: Findings, planes: Sequence[Blade] = ()):
+        super().__init__(drawing, findings, planes)
         if drawing.body.thickness is None:
             self.findings.reject(
                 "TIS304",
@@ -136,6 +140,10 @@ class MembraneReader(ElementReader):
         stiffness = found.stiffness(rigidity, ratio)
         parts = found.nodes, found.beside, stiffness, delay, self.body.shell
         return WallBending(self.body.name, *parts)
+
+    def _turning(self, density: Floats) -> Floats:
+        """Return the mass of nodes [kg], a third of each triangle, shape (node,)."""
+        return self._lumped(density)
 
     def _shares(self, elements: ElementMesh) -> Floats:
         """Return a third of the volume of each triangle [m³], shape (triangle, 3)."""

@@ -124,30 +124,36 @@ def total(terms: tuple[LoadTerm, ...], time: Floats | float) -> tuple[Floats, Fl
 class Weight(Nodal, frozen=True):
     """Gravity on masses.
 
+    Elements have weights as their nodes share them by the functions of the place, so that they
+    are consistent, and masses with which they turn as the body does.
+
     Attributes:
         mass: [kg], shape (node,); zero where a node is held.
         gravity: g [m/s²], shape (3,).
+        weighing: Weights over those that masses would have, dimensionless, shape (node,).
     """
 
     mass: Floats
     gravity: Floats
+    weighing: Floats
 
     @property
     def steady(self) -> Floats:
-        """Return the acceleration of free nodes [m/s²], shape (3,)."""
-        return self.gravity
+        """Return the acceleration of free nodes [m/s²], shape (node, 3)."""
+        return self.weighing[:, None] * self.gravity
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the potential energy [J], shape (…); zero at the origin."""
         # Each sum is the same whatever the other axes hold.
-        each = np.ascontiguousarray(self.mass * (position @ self.gravity))
+        heavy = self.mass * self.weighing
+        each = np.ascontiguousarray(heavy * (position @ self.gravity))
         return -np.add.reduce(each, axis=-1)
 
     def add_forces(
         self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
     ) -> None:
         """Add the weights of all nodes [N], shape (…, node, 3)."""
-        to += self.mass[:, None] * self.gravity
+        to += (self.mass * self.weighing)[:, None] * self.gravity
 
 
 class Drag(Nodal, frozen=True):

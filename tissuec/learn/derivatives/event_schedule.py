@@ -146,6 +146,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         stopped: Nodes whose velocity is set when the leg begins, shape (node,).
         given: Their velocities [m/s], shape (node, 3).
         gravity: [m/s²], shape (3,).
+        weighing: Weights over those that masses would have, shape (node,).
         drag: Of all nodes alike [N s/m].
         holders: Who holds which nodes.
         changes: What the script made of arrays, by name.
@@ -163,6 +164,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     stopped: NDArray[np.bool_]
     given: Floats
     gravity: Floats
+    weighing: Floats
     drag: float
     holders: Mapping[str, Indices]
     motions: tuple[PrescribedMotion, ...]
@@ -253,7 +255,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
             drag[planes.nodes] -= self.drag * (1.0 - planes.share)
         return Links(
             np.where(free, 1.0 / values.mass, 0.0),
-            (moves[:, None] * self.gravity).ravel(),
+            ((moves * self.weighing)[:, None] * self.gravity).ravel(),
             np.where(moves, drag, 0.0),
             self.loaded,
             self.driven,
@@ -357,6 +359,7 @@ def leg_of(
         held | set_anew,
         state.velocity.copy(),
         state.gravity.copy(),
+        state.weighing,
         state.drag,
         dict(state.holders),
         tuple(state.motions.values()),

@@ -28,7 +28,7 @@ from tissuec.learn.parameters.numbers import Fields, NumberOrder, every_field, n
 from tissuec.learn.parameters.substitution import Compilations, Number, UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.reading.findings import Findings
-from tissuec.scene.tissues.quantities import STIFFENING
+from tissuec.scene.tissues.quantities import DENSITY, STIFFENING
 from tissuec.script.fit_problem import WORDS, FitProblem
 from tissuec.script.verbs.end import without_end
 
@@ -112,7 +112,8 @@ class Parametrisation:
         _, constants = self._numbers(np.zeros(self.size))
         begun = {key: value for key, value in constants.items() if key in closed}
         network = recompiled(compiled, {}, begun).network if begun else compiled.network
-        self._elements, self.refusal = self._open(compiled, network, begun)
+        self._elements, refusal = self._open(compiled, network, begun)
+        self.refusal = refusal or self._unweighed(compiled)
         network = with_open(network, self._elements)
         shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
         self._law, laws = shaped.springs.law, shaped.springs.laws
@@ -329,6 +330,15 @@ class Parametrisation:
             if is_closed and after.springs.laws != before.springs.laws:
                 return {}, block.names[0]
         return opened(before, self._moved(compiled, begun | every)), ""
+
+    def _unweighed(self, compiled: Compiled) -> str:
+        """Return the name of a density that changes masses otherwise than weights, or ""."""
+        if compiled.network.weighing is None or not compiled.plan.gravity.any():
+            return ""
+        if not any(body.elements and body.regions for body in compiled.scene.bodies.values()):
+            return ""
+        of_density = (one for one in self.blocks if one.adjust.what == DENSITY)
+        return next((one.names[0] for one in of_density), "")
 
     def _moved(self, compiled: Compiled, given: Given) -> Network:
         names = {block.adjust.what for block in self.blocks if block.is_constant}

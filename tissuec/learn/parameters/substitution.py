@@ -203,6 +203,8 @@ class Compilations:
         self._is_linear &= all(isinstance(place, UsePlace) for place, _ in first)
         if elements_of(compiled.network):
             self._is_linear &= words <= _LINEAR and compiled.network.contact is None
+            # Where densities differ, the sum of their moments says which masses have these.
+            self._is_linear &= not (DENSITY in words and any(body.regions for body in bodies))
         self._columns: dict[Number, Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None
