@@ -651,7 +651,7 @@ class PointField(ElementField, frozen=True, dict=True):
     # --- for learning -------------------------------------------------------------------------
 
     @property
-    def derivatives(self) -> ForceDerivatives:
+    def derivatives(self) -> ForceDerivatives | str:
         """Return the derivatives of forces by positions, velocities and numbers."""
         kind, points = self._forced
         names, shape = (

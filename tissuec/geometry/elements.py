@@ -204,7 +204,7 @@ def triquadratic(places: Floats) -> NodeFunctions:
 
 def _quadratic_hexahedron() -> ElementShape:
     line, weight = GAUSS
-    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    points: Floats = line[np.stack(np.unravel_index(np.arange(27), (3, 3, 3)), axis=1)]
     weights = np.einsum("i,j,k->ijk", weight, weight, weight).ravel()
     lumped, gradients = triquadratic(points)
     grid, edges = TRIQUADRATIC, list[tuple[int, int]]()

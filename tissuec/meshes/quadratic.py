@@ -5,6 +5,7 @@ cell has them, so that bodies keep their shape.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
 from tissuec.geometry.edges import Indices
@@ -56,7 +57,7 @@ def with_middles(mesh: Mesh) -> Mesh:
     )  # fmt: skip
 
 
-def _between() -> Indices:
+def _between() -> NDArray[np.bool_]:
     """Return which corners the nodes 8 to 26 are between, shape (19, 8)."""
     return np.asarray((CUBE_27[8:, None] * CUBE >= 0.0).all(axis=2))
 

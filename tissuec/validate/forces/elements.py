@@ -89,7 +89,7 @@ class ElementSolid(ForceFormula):
         self._weight = np.linalg.det(sides) * weights
         self._volume = self._weight.sum(axis=1)
         self._drawn = None if elements.prestretch is None else drawn_out(elements)
-        self._smooth = None
+        self._smooth: Any = None
         if elements.shape.name == "quadratic hexahedron":
             self._smooth = _linear_fit(points, self._weight)
         self._cells = None
