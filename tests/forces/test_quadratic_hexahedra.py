@@ -160,6 +160,44 @@ def test_cooks_membrane(poisson, count, due, within):
     assert cook(count, poisson) == pytest.approx(due, rel=within)
 
 
+def leaning(shape):
+    """Return what moves the nodes of six boxes of a slender beam; inner planes lean by 45°."""
+
+    def at(places):
+        along, high = places[:, 0], places[:, 2] - 0.1
+        turn = {
+            "boxes": 0.0, "parallelograms": 1.0, "trapezoids": np.cos(np.pi * along)
+        }[shape]  # fmt: skip
+        is_inner = (along > 1e-9) & (along < 6.0 - 1e-9)
+        return places + np.outer(turn * high * is_inner, [1.0, 0.0, 0.0])
+
+    return at
+
+
+@pytest.mark.parametrize("shape", ["boxes", "parallelograms", "trapezoids"])
+def test_a_slender_beam_bends_whatever_the_shape_of_its_elements(shape):
+    """(R. H. MacNeal, R. L. Harder, Finite Elem. Anal. Des. 1:3, 1985: 6 x 0.2 x 0.1.)"""
+    straight, places = bar((6, 1, 1), (6.0, 0.1, 0.2), 0.3)
+    cells = [ElementMesh("hexahedron", straight.nodes)]
+    mesh = with_middles(mesh_of_elements(leaning(shape)(places), cells, {}))
+    places = mesh.position
+    elements = made_of(QUADRATIC, places, mesh.elements[0].nodes, 0.3)
+    count = len(places)
+    stiff = elements.matrix(0.0, places, np.arange(count), count).tocsc()
+    free = np.flatnonzero(np.repeat(places[:, 0] > 1e-9, 3))
+    tip = np.isclose(places[:, 0], 6.0)
+    middle = np.abs(places[tip, 1:] - (0.05, 0.1)) < 1e-9
+    share = np.where(middle, 4.0, 1.0).prod(axis=1) / 36.0
+    load = np.zeros_like(places)
+    load[tip, 2] = share
+    moved = np.zeros(3 * count)
+    moved[free] = spsolve(stiff[free][:, free], load.ravel()[free])
+    found = moved.reshape(-1, 3)[tip, 2] @ share
+    second = 0.1 * 0.2**3 / 12.0
+    due = 6.0**3 / (3.0 * YOUNG * second) + 6.0 / (5.0 / 6.0 * 0.02 * YOUNG / 2.6)
+    assert found == pytest.approx(due, rel=0.015)
+
+
 def test_a_bar_twisted_by_a_right_angle():
     """A bar of 60 x 10 x 10 whose ends are held, with two elements across.
 
