@@ -26,7 +26,8 @@ import msgspec
 import numpy as np
 
 from tissuec.core.structs import replace
-from tissuec.core.units import ENERGY, PRESSURE, TIME, show
+from tissuec.core.units import ENERGY, TIME, show
+from tissuec.engine.causes import under
 from tissuec.engine.engine import Engine
 from tissuec.engine.method import Follow, Interruption, MethodChange, Pause, Samples, Statistics
 from tissuec.engine.quasistatic import Look, QuasiStatic
@@ -45,6 +46,8 @@ NOISE = 1e2  # times the rounding of the energy: smaller differences count as ze
 FINEST = 1e-6  # of the duration: steps that are not divided any more
 NEARLY = 1.5  # times that: steps that are as short but for rounding
 MOST_REMARKS = 8
+# Steps that are rejected, in each part of the duration: about five jumps are closed in on.
+MOST_REJECTED, PARTS = 120, 20
 
 
 class Attempt(NamedTuple):
@@ -80,6 +83,7 @@ class Equilibria(QuasiStatic):
     _before: Floats | None = None  # positions in the equilibrium before this one [m]
     _span = 0.0  # time between both [s]
     _seen: Look | None = None  # of this equilibrium
+    _part = 0, 0  # number of the present part of the duration, and steps rejected until then
 
     def restart(self, state: State) -> None:
         """Take over a state; see ``Engine.restart``."""
@@ -97,7 +101,8 @@ class Equilibria(QuasiStatic):
         """Return the numbers that ``restore`` continues from."""
         kept = {} if self._before is None else {"before": self._before}
         sizes = self._size, self._usual, float(self._waits)
-        path = np.array([*sizes, self._ahead, *self._doubtful, self._scale, self._span])
+        more = self._ahead, *self._doubtful, self._scale, self._span, *self._part
+        path = np.array([*sizes, *more])
         return {**super().checkpoint(), **kept, "path": path}
 
     def restore(self, state: State, saved: Mapping[str, Any]) -> None:
@@ -105,7 +110,8 @@ class Equilibria(QuasiStatic):
         super().restore(state, saved)
         path = map(float, saved["path"])
         self._size, self._usual, waits, self._ahead, end, differed, *rest = path
-        self._doubtful, (self._scale, self._span) = (end, differed), rest
+        self._doubtful, (self._scale, self._span, *part) = (end, differed), rest
+        self._part = int(part[0]), int(part[1])
         self._waits, self._before = bool(waits), saved.get("before")
 
     @property
@@ -149,6 +155,9 @@ class Equilibria(QuasiStatic):
             state.position[:], state.velocity[:] = position, velocity
             self._rejected += 1
             self._seen = before
+            if self._strays(start):
+                node = None if attempt.failure is None else attempt.failure.node
+                return Interruption("stuck", start, node=node, message=_often(state))
             if attempt.failure is not None or jumps:
                 self._size, self._waits = 0.5 * span, True
                 self._doubtful = target, abs(attempt.lost)
@@ -157,7 +166,7 @@ class Equilibria(QuasiStatic):
             return None
         if attempt.failure is not None:
             is_first = self._before is None
-            message = attempt.failure.message if is_first else _limit(state, target)
+            message = attempt.failure.message if is_first else _limit(state)
             return Interruption("stuck", target, node=attempt.failure.node, message=message)
         self._count(span)
         lost = attempt.lost if jumps else 0.0
@@ -165,7 +174,7 @@ class Equilibria(QuasiStatic):
         if target >= self._ahead:
             self._ahead = np.inf
         if span > 0.0:
-            self._note(target, attempt.remarks, lost)
+            self._note(state, attempt.remarks, lost)
             roughness = abs(attempt.lost) / (SMOOTH * allowed) if allowed else np.inf
             self._lengthen(span, roughness, jumped=jumps)
         self._before, self._span = None if jumps or not span else position, span
@@ -212,6 +221,13 @@ class Equilibria(QuasiStatic):
         _, rounding = balance.energy(balance.start, balance.bars(balance.start))
         return allowed + NOISE * rounding
 
+    def _strays(self, time: float) -> bool:
+        """Return whether so many steps were rejected since a time [s] that the run ends."""
+        part = int(PARTS * time / self.method.duration)
+        if part > self._part[0]:
+            self._part = part, self._rejected
+        return self._rejected - self._part[1] > MOST_REJECTED
+
     def _bends(self, target: float, lost: float) -> bool:
         """Return whether a step differs because forces begin to grow in it, and only little.
 
@@ -248,9 +264,9 @@ class Equilibria(QuasiStatic):
             return None
         return position + (span / self._span) * (position - self._before)
 
-    def _note(self, time: float, remarks: Sequence[Remark], lost: float) -> None:
+    def _note(self, state: State, remarks: Sequence[Remark], lost: float) -> None:
         """Add new remarks on an equilibrium, and on energy [J] lost in a jump to it."""
-        first = f" (first at {show(time, TIME)})"
+        first = f" (first at {show(state.time, TIME)})"
         said = [
             f"{remark.message}{remark.numbers}{first}"
             for remark in remarks
@@ -258,22 +274,27 @@ class Equilibria(QuasiStatic):
         ]
         if lost:
             said.append(
-                f"at {show(time, TIME, digits=6)} the net snapped to another equilibrium, "
-                f"because none was near the previous one; {show(lost, ENERGY)} was dissipated"
+                f"at {show(state.time, TIME, digits=6)} the net snapped to another "
+                f"equilibrium{under(state)}, because none was near the previous one; "
+                f"{show(lost, ENERGY)} was dissipated"
             )
         self.remarks = [*self.remarks, *said][:MOST_REMARKS]
 
 
-def _limit(state: State, time: float) -> str:
-    """Return a sentence about a net that has lost its equilibrium at a time [s]."""
-    loads = [
-        f"a pressure of {show(float(each.pressure(time)), PRESSURE)} on {each.name}"
-        for each in state.pressures
-    ]
-    under = f" under {' and '.join(loads)}" if loads else ""
+def _limit(state: State) -> str:
+    """Return a sentence about a net that has lost its equilibrium."""
     return (
-        f"there is no equilibrium near the previous one{under}; prescribe a motion or a volume "
-        "instead of a force or pressure, or use a dynamic method"
+        f"there is no equilibrium near the previous one{under(state)}; prescribe a motion or a "
+        "volume instead of a force or pressure, or use a dynamic method"
+    )
+
+
+def _often(state: State) -> str:
+    """Return a sentence about a net whose equilibria jump again and again."""
+    return (
+        f"equilibria near the previous ones were lost {MOST_REJECTED} times in the last steps"
+        f"{under(state)}: the net folds or snaps again and again; end the run before, use "
+        "smaller cells, or use a dynamic method"
     )
 
 

@@ -37,6 +37,9 @@ from tissuec.model.network import Floats
 PRECISE = 1e-12  # of the largest force: what may be left of one that balances
 NEAR = 1e-2  # of the largest force: from here on K is exact
 SHIFT = 1e-9  # of the largest entry of K, where K may be singular
+# The same where K is exact and indefinite: of motions that are a little unstable, its clamped
+# part is many times too stiff.
+STIFFER = (1e-7, 1e-5, 1e-3)
 ROUNDS = 200
 HALVINGS = 30
 LEAVES = 2  # rounds in succession after which forces have grown: x leaves what was near
@@ -48,6 +51,7 @@ STAYS = 1e-6  # of the net: a step that leaves K as it is, and so its stability
 FAINT, FURTHER = 1e-2, 10
 # Plain steps to an unstable equilibrium at most, and in succession without half the force.
 PLAIN, STALLS = 12, 3
+REACH = 0.1  # of the net: a step at most
 SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
 
 
@@ -102,10 +106,10 @@ def descend(
     Args:
         rounds: Steps at most.
         far: Way of a node from the start at which the search ends [m].
-        worse: How often in succession the largest force may grow.
+        worse: How often in succession the largest force may grow; see ``_Progress``.
         looks: Whether to end in an unstable equilibrium of elements, at places [m].
     """
-    hopes, grown, before, further = balance.has_elements, 0, np.inf, FURTHER
+    hopes, further, progress = balance.has_elements, FURTHER, _Progress(worse)
     tangent = settled = None
     for _ in range(rounds):
         give_way()
@@ -119,10 +123,9 @@ def descend(
             if not further or lost_in_rounding(balance, bars, force) is None:
                 return polished(balance, x, bars, force)
             further, settled = further - 1, x  # forces may still fall below the bound
-        precision = _precision(left, before, enough)
-        if (grown := grown + 1 if left > before else 0) > worse:
+        precision = _precision(left, progress.before, enough)
+        if not progress.goes_on(left):
             break
-        before = left
         balance.freeze(bars)
         near = left <= NEAR * balance.largest(bars)
         if near and (there := _by_chord(balance, x, force, tangent)) is not None:
@@ -134,12 +137,13 @@ def descend(
         if made is None:
             break
         tangent, step = made
+        progress.is_indefinite = not tangent.is_exact
         if looks is not None and hopes and not tangent.is_exact:
             there, asked, looks = _unstable(balance, x), looks, None
             if there is not None and asked(there):
                 return Reached(there, is_balanced=True)
         hopes = hopes and (near or tangent.is_exact)
-        found = downhill(balance, x, bars, force, step, expands=grown > LEAVES)
+        found = downhill(balance, x, bars, force, step, expands=progress.expands)
         if found is None:
             break
         x = found
@@ -148,6 +152,40 @@ def descend(
     if settled is None:
         return Reached(x, is_balanced=False)
     return polished(balance, settled, bars := balance.bars(settled), balance.force(bars))
+
+
+class _Progress:
+    """How the largest force changes from one step to the next.
+
+    Args:
+        worse: How often in succession it may grow, and four times as often not fall by half
+            where K is indefinite.
+
+    Attributes:
+        before: Before the last step [N].
+        grown: Steps in succession in which it grew.
+        is_indefinite: Whether K was found to be indefinite last.
+    """
+
+    is_indefinite = False
+
+    def __init__(self, worse: int):
+        self._worse, self.before, self.grown = worse, np.inf, 0
+        self._least, self._stays = np.inf, 0
+
+    @property
+    def expands(self) -> bool:
+        """Return whether steps may be too short: where x leaves what was near."""
+        return self.grown > LEAVES or self._stays > LEAVES
+
+    def goes_on(self, left: float) -> bool:
+        """Note the force that a step left [N]; return whether another one makes sense."""
+        self.grown = self.grown + 1 if left > self.before else 0
+        if left <= 0.5 * self._least:
+            self._least, self._stays = left, 0
+        self._stays += self.is_indefinite
+        self.before = left
+        return self.grown <= self._worse and self._stays <= 4 * self._worse
 
 
 def _precision(left: float, before: float, enough: float) -> float:
@@ -170,16 +208,19 @@ def _unstable(balance: Balance, x: Floats) -> Floats | None:
     Steps downhill would leave it slowly, to whichever side rounding drives them.
 
     Returns:
-        None if forces do not fall soon.
+        None if forces do not fall soon, or if it is above x or far from it.
     """
-    least, stalls = np.inf, 0
+    least, stalls, start = np.inf, 0, x
     for _ in range(PLAIN):
         give_way()
         bars = balance.bars(x)
         force, neutral = balance.force(bars), NeutralMotions.of(balance, x)
         left = greatest(force)
         if left <= allowed(balance, bars):
-            return x
+            most, rounding = balance.energy(start, balance.bars(start))
+            falls = balance.energy(x, balance.bars(x))[0] <= most + rounding
+            is_near = greatest(x - start) <= REACH * float(np.ptp(start, axis=0).max())
+            return x if is_near and falls else None
         stalls = 0 if left <= 0.5 * least else stalls + 1
         if stalls > STALLS or not np.isfinite(left):
             return None
@@ -337,15 +378,16 @@ def tangent_at(
         give_way()
         stiffness = balance.matrix(bars, exact=is_exact)
         top = float(stiffness.diagonal().max(initial=0.0))
-        shift = 0.0 if is_exact else SHIFT * top
-        try:
-            inverse = balance.inverses.of(stiffness.plus(neutral.supports(top) + shift))
-            tangent = Tangent(inverse, neutral, is_exact)
-            step = tangent.step(force, precision)
-        except RuntimeError:  # singular
-            continue
-        if step is not None:
-            return tangent, step
+        for shift in (0.0, *STIFFER) if is_exact else (SHIFT,):
+            try:
+                supports = neutral.supports(top) + shift * top
+                inverse = balance.inverses.of(stiffness.plus(supports))
+                tangent = Tangent(inverse, neutral, is_exact and not shift)
+                step = tangent.step(force, precision)
+            except RuntimeError:  # singular
+                continue
+            if step is not None:
+                return tangent, step
     return None
 
 
@@ -368,7 +410,7 @@ def downhill(
         The positions, None if the energy falls nowhere along the step.
     """
     spring = float(np.maximum(bars.length, balance.springs.rest).max(initial=0.0))
-    reach = max(0.5 * spring, 0.1 * float(np.ptp(x, axis=0).max()))
+    reach = max(0.5 * spring, REACH * float(np.ptp(x, axis=0).max()))
     size = greatest(step)
     part = 1.0 if size <= reach else reach / size
     energy, _ = balance.energy(x, bars)

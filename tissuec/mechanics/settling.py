@@ -11,7 +11,7 @@ Shared arguments:
     force: Force on each free node [N], shape (free, 3).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import norm
 from tissuec.core.errors import counted
 from tissuec.core.signals import give_way
+from tissuec.core.structs import replace
 from tissuec.core.units import FORCE, show
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
@@ -46,11 +47,12 @@ TURNS = 4  # of Newton's method and relaxation
 FAR, NEARBY = 100.0, 1.0  # times the size of the net: where a search ends
 # Of Newton's method from nearby: rounds, as contact makes it converge linearly; rounds in
 # succession after which forces have grown, as they do without an equilibrium ahead.
-SOON, WORSE = 80, 8
+SOON, WORSE = 160, 8
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 EVEN = 1e-6  # of the force that presses: along what is level, rounding drives less
 LEVEL = 1e-3  # the same, with what an uneven mesh drives
 WAYS = 4  # softest motions that are looked at where an equilibrium is unstable
+EVENLY = 1e-6  # of a way: its part along a motion by rounding
 GIGA = 1e9
 LANDING = 20  # halvings of the step in which a piece that falls touches something
 
@@ -178,21 +180,21 @@ def _minimum(
     Both are positions of the free nodes [m], shape (free, 3).
     """
     start, node = x, 0
-    ways: list[SoftestMotion] = []
+    leaving: list[tuple[SoftestMotion, bool]] = []
 
-    def is_even(there: Floats) -> bool:
-        """Return whether nothing decides to which side the net leaves an equilibrium."""
-        soft = softest(balance, there, WAYS)
-        ways[:] = (one for one in soft if one.resists < -LOOSE and one.is_even(start - there))
-        return bool(ways)
+    def leaves(there: Floats) -> bool:
+        """Note along which motion the net leaves an equilibrium, and what decides its side."""
+        leaving[:] = _leaving(softest(balance, there, WAYS), start - there)
+        return bool(leaving)
 
-    (x, _, firm), remarks = _equilibrium(balance, x, patiently=patiently, looks=is_even)
+    (x, _, firm), remarks = _equilibrium(balance, x, patiently=patiently, looks=leaves)
     for _ in range(TURNS):
         free = _free_pieces(NeutralMotions.of(balance, x))
-        if not ways and (firm or is_firm(balance, x)):
+        if not leaving and (firm or is_firm(balance, x)):
             return x, (*remarks, *free)
-        mode = next(iter(ways or softest(balance, x)), None)
-        ways.clear()
+        found = leaving or [(mode, True) for mode in softest(balance, x)]
+        mode, is_even = found[0] if found else (None, True)
+        leaving.clear()
         if mode is None:
             return x, (*remarks, *free, UNKNOWN)
         if mode.resists > LOOSE:
@@ -201,10 +203,31 @@ def _minimum(
         if mode.resists > -LOOSE:
             text = "the net is a mechanism here: it can move without any force"
             return x, (*remarks, *free, Remark(text, node))
-        remarks = (Remark(BUCKLED, node),)
+        remarks = (Remark(BUCKLED, node),) if is_even else remarks
         aside = _pushed_off(balance, x, mode)
         (x, _, firm), _ = _equilibrium(balance, aside, patiently=patiently)
     return x, (Remark("this equilibrium is unstable", node),)
+
+
+def _leaving(
+    soft: Sequence[SoftestMotion], way: Floats
+) -> Iterator[tuple[SoftestMotion, bool]]:
+    """Yield how a net leaves an equilibrium if it is unstable, and if nothing decides its side.
+
+    Args:
+        soft: The softest motions.
+        way: Towards where the search began, for each free node [m], shape (free, 3).
+    """
+    unstable = [one for one in soft if one.resists < -LOOSE]
+    parts = [float(np.vdot(one.shape, way)) for one in unstable]
+    far = float(np.linalg.norm(way))
+    if even := [
+        one for one, part in zip(unstable, parts, strict=True) if abs(part) <= EVENLY * far
+    ]:
+        yield even[0], True
+    elif unstable:
+        along = sum(part * one.shape for one, part in zip(unstable, parts, strict=True))
+        yield replace(unstable[0], shape=along), False
 
 
 def _settled(

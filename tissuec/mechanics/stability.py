@@ -24,7 +24,6 @@ from tissuec.model.network import Floats
 
 # Rounds of Lanczos's method, of some twenty solutions each: five times what was needed at most.
 SEARCHES = 30
-EVEN = 1e-6  # of a way: its part along a motion by rounding
 LARGEST = 6000  # unknowns up to which a net at rest is examined: about a second
 
 
@@ -38,11 +37,6 @@ class SoftestMotion(Struct, frozen=True, eq=False):
 
     resists: float
     shape: Floats
-
-    def is_even(self, way: Floats) -> bool:
-        """Return whether a way [m], shape (free, 3), has no part along this but by rounding."""
-        size = float(np.linalg.norm(self.shape) * np.linalg.norm(way))
-        return abs(float(np.vdot(self.shape, way))) <= EVEN * size
 
     def node(self, balance: Balance) -> int:
         """Return the node that moves most."""
