@@ -54,6 +54,7 @@ from tissuec.autodiff import Number, Numbers, Tensor, Vector
 from tissuec.autodiff.cells import CellKind, CellState
 from tissuec.autodiff.points import PLACES, PointState, TracedPoint
 from tissuec.forces.solids import bent_cell
+from tissuec.forces.solids.isochoric import LEAST, falling, folded, isochoric, paired
 from tissuec.geometry.bent_cells import BOX_WIDTHS, WIDTHS
 from tissuec.laws.derivatives import energy
 from tissuec.laws.formula import Formula, variables
@@ -62,11 +63,6 @@ from tissuec.laws.solid.invariants import CoupledNeoHookean, NeoHookean
 from tissuec.laws.solid.volume import volume_energies
 from tissuec.laws.solid_constants import constant_name
 from tissuec.laws.tracing import traced
-
-#: Ratio of volumes below which the isochoric energy is continued by a parabola, so that it has
-#: a value where an element is inverted, and grows.
-LEAST = 0.2
-_LARGEST = 1e4  # ratio of volumes above which it no longer falls
 
 
 class SolidKind(NamedTuple):
@@ -263,13 +259,14 @@ def _point(
     for tensor in plastic:
         own = right @ _unimodular_inverse(tensor)
     first, second = autodiff.trace(own) if plastic else i1, _second_invariant(own)
-    fold = _folded(j)
-    first, second = g * first + fold, g * g * second + 2.0 * fold
+    fold = folded(j)
+    first = g * first + fold
+    second = paired(first, g * g * second + 2.0 * fold, fold)
     # det C is J² but for the third order of the bending. Branches need their C' unimodular, so
     # that they store nothing once they have relaxed.
     shrink = g
     if kind.is_bent and branches:
-        shrink = _falling(autodiff.determinant(right), 1, LEAST**2)
+        shrink = falling(autodiff.determinant(right), 1, LEAST**2)
     turned = shrink * right
     held = [bent_cell.inner(turned, _unimodular_inverse(tensor)) + fold for tensor in branches]
     flows = in_series(kind, g, (first, second), held, p)
@@ -503,54 +500,3 @@ def grown(exponent: Number) -> Number:
 
 def _of_grown(_: Number, exponent: Number) -> list[Number]:
     return [autodiff.exp(exponent)]
-
-
-def isochoric(j: Number) -> Number:
-    """Return J^(-2/3), continued by a parabola below ``LEAST``."""
-    return _falling(j, 2, LEAST)
-
-
-def _falling(x: Number, thirds: int, least: float) -> Number:
-    """Return x^(-thirds/3), continued by a parabola below a least value.
-
-    Args:
-        thirds: 1 or 2.
-    """
-    near = autodiff.maximum(x, least)
-    root, power = _inverse_cube_root(near), -thirds / 3.0
-    value = least**power
-    slope = power * value / least
-    bend = (power - 1.0) * slope / least
-    below = x - near
-    return (root if thirds == 1 else root * root) + below * (slope + 0.5 * bend * below)
-
-
-def _folded(j: Number) -> Number:
-    """Return what is added to g I1 below ``LEAST``, so that it is at least 3 there, too.
-
-    As I1 ≥ 3 |J|^(2/3), it must be at least 3 (1 - g |J|^(2/3)), of which s³ is a bound with
-    s = 1 - J/LEAST; twice as much is enough for g² I2 ≥ 3 g² |J|^(4/3). A polynomial with two
-    continuous derivatives exceeds it, and ends with 3 at J = 0.
-    """
-    s = autodiff.minimum(autodiff.maximum(1.0 - j / LEAST, 0.0), 1.0)
-    return 3.0 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
-
-
-def _inverse_cube_root(j: Number) -> Number:
-    """Return J^(-1/3) by two rounds of fifth order, which leave rounding."""
-    small, scale = autodiff.minimum(j, _LARGEST), j.graph.number(1.0)
-    # So that it is at most 4, where the start is within 8 %.
-    for cube, factor in ((512.0, 0.125), (8.0, 0.5)):
-        is_large = small > 0.5 * cube
-        small = autodiff.where(is_large, small / cube, small)
-        scale = autodiff.where(is_large, factor * scale, scale)
-    root = (2.0 + small) / (1.0 + 2.0 * small)
-    for _ in range(2):
-        r = 1.0 - small * root * root * root
-        series = 2.0 / 9.0 + r * (14.0 / 81.0 + r * (35.0 / 243.0))
-        root = root * (1.0 + r * (1.0 / 3.0 + r * series))
-    return autodiff.ruled(root * scale, [j], _of_root)
-
-
-def _of_root(root: Number, _: Number) -> list[Number]:
-    return [(-1.0 / 3.0) * (root * root) ** 2]

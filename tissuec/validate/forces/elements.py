@@ -187,8 +187,12 @@ class ElementSolid(ForceFormula):
         if flowed is not None:
             one, (i1, i2) = flowed, _invariants(c @ flowed)
         fold, folding = _folded(j)
-        by_first, by_second, by_g = self._laws.slopes(g * i1 + fold, g**2 * i2 + 2.0 * fold, g)
+        large = g * i1 + fold
+        pair, (by_large, by_own, by_fold) = _paired(large, g**2 * i2 + 2.0 * fold, fold)
+        by_first, by_pair, by_g = self._laws.slopes(large, pair, g)
+        by_first, by_second = by_first + by_pair * by_large, by_pair * by_own
         by_j = slope * (by_first * i1 + 2.0 * g * by_second * i2 + by_g)
+        by_j = by_j + folding * by_pair * by_fold
         by_j = by_j + folding * (by_first + 2.0 * by_second)
         if fibred:
             by_j = by_j + self._laws.of_volume(j, self._local)[1]
@@ -306,7 +310,8 @@ class ElementSolid(ForceFormula):
         one = g * first + fold - 3.0
         total, _ = self._laws.of_volume(j, self._local)
         if self.plastic is None:
-            total += self._laws.energies(g * first + fold, g * g * second + 2.0 * fold, g)
+            pair, _ = _paired(one + 3.0, g * g * second + 2.0 * fold, fold)
+            total += self._laws.energies(one + 3.0, pair, g)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             stretched = np.einsum("eqkl,ek,el->eq", c, along, along)
@@ -398,7 +403,9 @@ class ElementSolid(ForceFormula):
             first, second = _invariants(c @ self.plastic.unimodular(velocity))
             near = np.maximum(j, LEAST)
             g, _ = _isochoric(near, j - near)
-            total += self._laws.energies(g * first + fold, g * g * second + 2.0 * fold, g)
+            large = g * first + fold
+            pair, _ = _paired(large, g * g * second + 2.0 * fold, fold)
+            total += self._laws.energies(large, pair, g)
         return float((self._weight * total).sum())
 
     def rates(self, position: Floats, velocity: Floats) -> Floats:
@@ -513,6 +520,21 @@ def _folded(j: Any) -> tuple[Any, Any]:
     part = np.where(part.real > 1.0, 1.0, part)
     rise = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
     return 3.0 * rise, -90.0 / LEAST * part**2 * (1.0 - part) ** 2
+
+
+def _paired(first: Any, second: Any, fold: Any) -> tuple[Any, tuple[Any, Any, Any]]:
+    """Return I2 where J is less than ``LEAST``, and its derivatives by all arguments.
+
+    At J = 0 it is p = I1 + (I1 - 3)²/8, which stretches have whatever I1 is; a part of fold/3
+    is that before.
+
+    Args:
+        first, second: I1 and I2 with what is added to them.
+        fold: Of ``_folded``.
+    """
+    part, pair = fold / 3.0, first + (first - 3.0) ** 2 / 8.0
+    slopes = part * (1.0 + (first - 3.0) / 4.0), 1.0 - part, (pair - second) / 3.0
+    return (1.0 - part) * second + part * pair, slopes
 
 
 def _of_square(c: Any) -> tuple[Any, Any]:
