@@ -109,18 +109,19 @@ def test_a_region_of_whole_cells_has_its_volume_and_no_warning():
     assert not warnings(text)
 
 
-def test_a_layer_of_other_cells_is_reported_with_its_volumes():
-    text = scene(COARSE, LAYER)  # 7 mm, of which the cells have 5 mm
+def test_a_ball_of_few_cells_is_reported_with_its_volumes():
+    text = scene(COARSE, BALL)  # of 6 mm, of which there are eight cells
     (found,) = warnings(text)
-    assert found.span.text.startswith("region cover")
-    assert "have the volume 2 ml, but its condition holds in 2.8 ml" in found.message
-    assert not warnings(scene(CUBES.format(1), LAYER))  # as the hint says
+    assert found.span.text.startswith("region nodule")
+    assert "have the volume 1 ml, 11 % more than its condition (0.904 ml)" in found.message
+    assert not warnings(scene(CUBES.format(1), BALL))  # as the hint says
 
 
 def test_moved_and_scaled_bodies_are_measured_where_they_are_described():
     moved = "; scaled by 2; turned by 90 deg around (0, 1, 0) through (0, 0, 0) mm"
-    (size, written) = sizes(scene(COARSE, LAYER, more=moved))[0]
-    assert size == pytest.approx(8 * 2e-6) and written == pytest.approx(8 * 2.8e-6, rel=5e-3)
+    (size, written) = sizes(scene(COARSE, BALL, more=moved))[0]
+    ball = 4.0 / 3.0 * np.pi * 6e-3**3
+    assert size == pytest.approx(8 * 1e-6) and written == pytest.approx(8 * ball, rel=5e-3)
 
 
 @every(
@@ -151,10 +152,10 @@ def test_the_volume_of_a_shape_is_that_of_its_elements():
 
 
 def test_bodies_are_explained_with_the_volumes_of_their_regions():
-    (body,) = tissuec.properties(scene(COARSE, LAYER), frequencies=0)
+    (body,) = tissuec.properties(scene(COARSE, BALL), frequencies=0)
     (region,) = body.regions
-    assert region.name == "cover" and region.size == pytest.approx(2e-6)
-    assert region.written == pytest.approx(2.8e-6, rel=5e-3)
+    assert region.name == "nodule" and region.size == pytest.approx(1e-6)
+    assert region.written == pytest.approx(4.0 / 3.0 * np.pi * 6e-3**3, rel=5e-3)
 
 
 THREE = """*NODE

@@ -127,22 +127,32 @@ def mesh_of_elements(
     Raises:
         FormatError: An element is flat or folded, or more than two share a face.
     """
-    volume, pairs = np.zeros(len(position)), [np.zeros((0, 2), dtype=np.int64)]
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
     for one in elements:
         shape = SHAPES[one.shape]
-        content = shape.point_volumes(position[one.nodes])
-        _refuse_flat(one, position, content)
-        share = content @ shape.lumped
-        volume += np.bincount(one.nodes.ravel(), share.ravel(), len(position))
+        _refuse_flat(one, position, shape.point_volumes(position[one.nodes]))
         pairs.append(one.nodes[:, shape.edges].reshape(-1, 2))
     return Mesh(
         position,
         springs(len(position), *pairs),
         _skin(elements).astype(np.int32),
         groups=groups,
-        volume=volume,
+        volume=volumes_of_nodes(position, elements),
         elements=tuple(elements),
     )
+
+
+def volumes_of_nodes(position: Floats, elements: Sequence[ElementMesh]) -> Floats:
+    """Return the share of each node in the volume of elements [m³], shape (node,).
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+    """
+    found = np.zeros(len(position))
+    for one in elements:
+        share = node_shares(SHAPES[one.shape], position[one.nodes])
+        found += np.bincount(one.nodes.ravel(), share.ravel(), len(position))
+    return found
 
 
 def node_shares(shape: ElementShape, corners: Floats) -> Floats:
@@ -209,6 +219,7 @@ def _skin(elements: Sequence[ElementMesh]) -> Indices:
 
 
 TRIANGLE = "triangle"  # the shape of elements of walls
+_STRAIGHT = 1e-9  # sine of an angle that is none
 _FLAT_WALL = 1e-9  # of the square of its longest side: a triangle of less area has none
 
 
@@ -237,4 +248,20 @@ def wall_of_triangles(mesh: Mesh) -> Mesh:
         )
     pairs = (triangles[:, [k, (k + 1) % 3]] for k in range(3))
     ends = springs(len(mesh.position), *pairs)
-    return replace(mesh, ends=ends, shares=None, elements=(ElementMesh(TRIANGLE, triangles),))
+    elements = (ElementMesh(TRIANGLE, triangles),)
+    return replace(mesh, ends=ends, shares=None, elements=elements, sheets=_straight(mesh))
+
+
+def _straight(mesh: Mesh) -> tuple[Indices, ...]:
+    """Return the rows and the columns of a grid that are joined by straight lines."""
+    if mesh.grid is None:
+        return ()
+    rows, columns, closed = mesh.grid
+    number = np.arange(rows * columns).reshape(rows, columns)
+    found: list[Indices] = []
+    for sheets in (number,) if closed else (number, number.T):
+        way = np.diff(mesh.position[sheets], axis=0)
+        turned = norm(cross(way[1:], way[:-1])).max(initial=0.0)
+        if turned <= _STRAIGHT * (way**2).sum(axis=-1).max(initial=0.0):
+            found.append(sheets)
+    return tuple(found)

@@ -33,6 +33,7 @@ def placed(mesh: Mesh, affine: Affine) -> Mesh:
     return replace(
         mesh,
         position=position,
+        on_shape=None if mesh.on_shape is None else affine.points(mesh.on_shape),
         skin=skin,
         shares=shares,
         volume=None if mesh.volume is None else affine.volume * mesh.volume,

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
-from tissuec.geometry.edges import Indices
-from tissuec.geometry.elements import CUBE, CUBE_27, TRIQUADRATIC
+from tissuec.geometry.edges import Floats, Indices
+from tissuec.geometry.elements import CUBE, CUBE_27, TRIQUADRATIC, trilinear
 from tissuec.meshes.elements import mesh_of_elements
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
@@ -55,6 +55,21 @@ def with_middles(mesh: Mesh) -> Mesh:
         mesh, position=new.position, ends=new.ends, skin=new.skin, groups=groups,
         volume=new.volume, elements=new.elements,
     )  # fmt: skip
+
+
+def with_middles_between(mesh: Mesh, position: Floats) -> Floats:
+    """Return places where corners are as given, and other nodes follow them.
+
+    Args:
+        mesh: As drawn before.
+        position: Of all nodes [m], shape (node, 3).
+    """
+    position, values = position.copy(), trilinear(CUBE_27[8:]).values
+    for one in mesh.elements:
+        if one.shape == QUADRATIC:
+            corners = position[one.nodes[:, :8]]
+            position[one.nodes[:, 8:]] = np.einsum("qa,eak->eqk", values, corners)
+    return position
 
 
 def _between() -> NDArray[np.bool_]:

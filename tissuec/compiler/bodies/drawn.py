@@ -122,8 +122,11 @@ def _as_described(body: Body, scope: Scope) -> Drawing:
         columns = columns.with_springs(_bending(body, columns.mesh, scope.findings))
     mesh, element_part = columns.mesh, None
     if body.elements is not None and mesh.elements:
+        from tissuec.compiler.elements.borders import at_borders
         from tissuec.compiler.elements.regions import regions_of_elements
 
+        mesh = at_borders(body, mesh, scope)
+        columns = replace(columns, mesh=mesh)
         element_part, part, regions = regions_of_elements(body, mesh, scope)
     else:
         regions = _select_regions(body, mesh, scope)

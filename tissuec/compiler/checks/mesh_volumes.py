@@ -31,11 +31,13 @@ def other_volumes(compiled: Compiled) -> Iterator[Diagnostic]:
             what = "area" if is_wall else "volume"
             yield Diagnostic(
                 "W213",
-                f"the elements of the region {one.name} have the {what} {size}, but its "
-                f"condition holds in {written}",
+                f"the elements of the region {one.name} have the {what} {size}, "
+                f"{100.0 * abs(one.size / one.written - 1.0):.0f} % "
+                f"{'more' if one.size > one.written else 'less'} than its condition "
+                f"({written})",
                 one.span,
-                "an element belongs to the region in which its centre lies: use cells that end "
-                "at the limits of the region, or smaller ones",
+                "cells end at the borders of regions that run between them; elsewhere an "
+                "element belongs to the region in which its centre lies: use smaller cells",
             )
 
 

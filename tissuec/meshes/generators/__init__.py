@@ -54,6 +54,10 @@ class Mesh(Struct, frozen=True, eq=False):
             multiplied, shape (spring,); None where each spring gets them as they are.
         shared_by_area: Whether ``shares`` follow the areas of triangles, and not the volumes of
             tetrahedra.
+        sheets: Of nodes that lie one behind the other in a block of cells, shape (sheet, line)
+            for each direction whose sheets can be moved along straight lines.
+        on_shape: Of cells that are larger than they would be with nodes on a round shape, the
+            places of nodes on it [m], shape (node, 3); None of others.
         origin: Where it was read from; None for what is generated.
         remarks: What its author should know about it.
     """
@@ -75,6 +79,8 @@ class Mesh(Struct, frozen=True, eq=False):
     element_groups: Mapping[str, NDArray[np.bool_]] = field(
         default_factory=dict[str, NDArray[np.bool_]]
     )
+    sheets: tuple[NDArray[np.int64], ...] = ()
+    on_shape: NDArray[np.float64] | None = None
 
     @property
     def even_grid(self) -> Grid | None:

@@ -51,6 +51,16 @@ class Hexahedral(Struct, frozen=True, eq=False):
                 volume, of the round shape, and not on its surface.
         """
 
+    @property
+    def sheets(self) -> tuple[Indices, ...]:
+        """Sheets of nodes that can be moved along straight lines; see ``Mesh``."""
+        return ()
+
+    @property
+    def on_shape(self) -> Floats | None:
+        """Places of nodes on the round shape [m], shape (node, 3); None if not needed."""
+        return None
+
     def size(self) -> tuple[int, int]:
         """Return the numbers of nodes and springs."""
         nodes, edges, faces = self.counts()
@@ -62,7 +72,7 @@ class Hexahedral(Struct, frozen=True, eq=False):
 
     def build_elements(self) -> Mesh:
         """Return the cells as hexahedra that are as large as the shape."""
-        return self._mesh(swollen=True)
+        return replace(self._mesh(swollen=True), sheets=self.sheets, on_shape=self.on_shape)
 
     def _mesh(self, *, swollen: bool) -> Mesh:
         from tissuec.meshes.elements import mesh_of_cells

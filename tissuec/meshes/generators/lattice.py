@@ -284,7 +284,10 @@ class Lattice(Struct, frozen=True, eq=False):
         ]
         none = np.zeros((0, 4), dtype=np.int64)
         bricks = {"hexahedron": np.stack(corners, axis=1)}
-        return mesh_of_cells(cubes.position, bricks, none, {})
+        ways = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+        sheets = [number.transpose(way).reshape(number.shape[way[0]], -1) for way in ways]
+        mesh = mesh_of_cells(cubes.position, bricks, none, {})
+        return replace(mesh, sheets=tuple(sheets))
 
     @property
     def _cubes(self) -> "Lattice":

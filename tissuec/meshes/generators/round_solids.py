@@ -120,6 +120,11 @@ class Cylinder(Hexahedral, frozen=True, eq=False):
         return position.reshape(-1, 3), in_order_of_vtk(cells), groups
 
     @property
+    def sheets(self) -> tuple[Indices, ...]:
+        """The sections of nodes, one behind the other."""
+        return (np.arange(self.counts()[0]).reshape(self._along + 1, -1),)
+
+    @property
     def _along(self) -> int:
         """Return the number of cells along the axis."""
         line = self._line
@@ -309,6 +314,18 @@ class ThickTube(Hexahedral, frozen=True, eq=False):
         }
         named = {name: nodes.ravel() for name, nodes in groups.items()}
         return self._position(swollen=swollen), self._cells(number), named
+
+    @property
+    def sheets(self) -> tuple[Indices, ...]:
+        """Rings of nodes along the axis, and layers from the inside on."""
+        number = np.arange(self.counts()[0]).reshape(self.rings, self._columns, -1)
+        layers = number.transpose(2, 0, 1).reshape(self.layers + 1, -1)
+        return number.reshape(self.rings, -1), layers
+
+    @property
+    def on_shape(self) -> Floats:
+        """Places of nodes on the radii [m], shape (node, 3)."""
+        return self._position(swollen=False)
 
     @property
     def _columns(self) -> int:
