@@ -8,6 +8,7 @@ hexahedra and wedges, and in tetrahedra with straight edges (products of Gauss's
 Davis, P. Rabinowitz, Methods of Numerical Integration, 2nd edition, 1984).
 """
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +66,7 @@ class _Rule(NamedTuple):
 
 def _rules() -> dict[str, _Rule]:
     places, weights = GAUSS
-    cube = np.stack(np.meshgrid(places, places, places, indexing="ij"), axis=-1).reshape(-1, 3)
+    cube: Floats = np.array(list(product(places.tolist(), repeat=3)))
     each = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
     flat = fourth_degree()
     columns = prismatic(np.tile(flat.points, (3, 1)), np.repeat(places, 6))

@@ -19,6 +19,7 @@ Where a body ends at a plane of symmetry, p is even about it, as that of the who
 """
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 
@@ -143,7 +144,8 @@ class _Piece:
             factors = np.exp(values @ ways)
             mass = self.share * factors
             slope = target - mass @ values
-            step = np.linalg.lstsq(values.T @ (mass[:, None] * values), slope, rcond=None)[0]
+            matrix = values.T @ (mass[:, None] * values)
+            step = cast(Floats, np.linalg.lstsq(matrix, slope, rcond=None)[0])
             square = float(slope @ step)
             if square <= _LAST:
                 return factors
