@@ -56,7 +56,7 @@ def concentrated(compiled: Compiled) -> Iterator[Diagnostic]:
 def resistance(network: Network) -> tuple[Floats, Floats]:
     """Return forces over dents of nodes [N/m], and the sizes of elements there [m].
 
-    Shape (node,) both; zero without solid elements.
+    Both have the shape (node,), and are zero without solid elements.
     """
     stiffness, size = np.zeros((2, network.node_count))
     for field in network.of_kind("elements"):

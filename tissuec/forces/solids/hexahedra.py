@@ -145,13 +145,14 @@ class Hexahedra(SolidElements, frozen=True):
     def _recorded_by(
         self,
         kernel: GeneratedKernel,
+        kind: SolidKind,
         rows: int,
         position: Floats,
         velocity: Floats | None = None,
     ) -> Floats:
-        """Return the numbers that a kernel records, shape (element, row)."""
+        """Return the numbers that the kernel of a kind records, shape (element, row)."""
         room = room_for(rows, self.item_count)
-        table = self._table(self._present, self.nodes, self._slots)
+        table = self._table(kind, self.nodes, self._slots)
         self._run(kernel, position, room, table, velocity)
         return recorded(room, self.item_count)
 
@@ -186,17 +187,18 @@ class Hexahedra(SolidElements, frozen=True):
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
         kernel, count = column_kernel(self.traced, self._present, by), len(SHARES)
-        found = self._recorded_by(kernel, 9 * count**2, position, velocity)
+        found = self._recorded_by(kernel, self._present, 9 * count**2, position, velocity)
         columns = found.reshape(-1, count, 3, count, 3)
         return np.einsum("ewyvx,va,wb->eaxby", columns, SHARES, SHARES, optimize=True)
 
     def strain_slopes(self, position: Floats) -> Floats:
         """Return the derivatives of strains of points by positions; see ``PointField``."""
-        point, count = self.traced(self._present), len(SHARES)
+        # Of all that acts, also what is remembered.
+        point, count = self.traced(self.kind), len(SHARES)
         assert point.cell is not None
         active, begins = point.cell.active, point.cell.begins
-        kernel = strain_kernel(self.traced, self._present)
-        found = self._recorded_by(kernel, 3 * count * len(active), position)
+        kernel = strain_kernel(self.traced, self.kind)
+        found = self._recorded_by(kernel, self.kind, 3 * count * len(active), position)
         slopes = found.reshape(-1, count, 3, len(active))
         by_node = np.einsum("evxq,va->eqax", slopes, SHARES)
         to = np.zeros((8, len(point.f), len(active)))

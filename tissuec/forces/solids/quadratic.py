@@ -141,7 +141,7 @@ def linear_functions(shape: ElementShape, weight: Floats) -> Floats:
     """Return φ_k at points, dimensionless, shape (element, point, function).
 
     Args:
-        shape: Of the elements.
+        shape: That with 27 nodes.
         weight: Volumes of their points [m³], shape (element, point).
     """
     places = shape.lumped @ CUBE_27
