@@ -63,7 +63,7 @@ tissue rough like smooth {{ friction = 0.4 }}
 body block {{
   mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to (20, 5, 5) mm }}
   tissue is smooth
-  region far where x > 10.1 mm {{ tissue is rough }}
+  region far where x > 10 mm {{ tissue is rough }}
 }}
 tool plate {{ kind is plane; point = (0, 0, 5.1) mm; normal = (0, 0, -1) }}
 environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only }}

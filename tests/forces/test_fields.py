@@ -135,12 +135,13 @@ def alone(kind, *numbers):
 
 
 MASSES = np.linspace(0.0, 0.5, 6)  # as if the first node were held
+WEIGHING = np.linspace(0.8, 1.3, 6)
 TERMS = (
     LoadTerm(np.array([0.2, 0.0, -0.1]), RISING),
     LoadTerm(np.ones(3), TimeProfile("constant", 0.0, 2.0)),
 )
 NODAL = {
-    "weight": lambda: alone(Weight, MASSES, np.array([0.3, 0.0, -9.81])),
+    "weight": lambda: alone(Weight, MASSES, np.array([0.3, 0.0, -9.81]), WEIGHING),
     "drag": lambda: alone(Drag, MASSES),
     "load": lambda: alone(Load, np.array([1, 4, 4]), TERMS, Span(Source("", ""), 0, 0)),
 }

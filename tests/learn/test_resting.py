@@ -403,7 +403,7 @@ def test_the_number_of_runs_is_told_before_a_fit_by_differences(tmp_path, monkey
     assert 0.0 < expected.seconds < 10.0
     assert not expected.announcement
     monkeypatch.setattr(expense, "MANY", 20)
-    text = "derivatives are finite differences, which take about 20 runs, 0 s of processor time"
+    text = "derivatives are finite differences, which take about 20 runs, 3 s of processor time"
     assert expense_of(session).announcement == text
 
 

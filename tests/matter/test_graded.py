@@ -163,17 +163,17 @@ def test_regions_grade_their_own_tissue_and_inherit_the_grading_of_the_body():
     body = SOLID.format(cell=5, width=10)
     found = compiled(
         f"{body}; Young's modulus = 10 kPa * (1 + x / 40 mm); "
-        "region own where x > 29 mm { tissue is hard }; "
-        "region near where x < 11 mm { density = 900 kg/m^3 + 10 kg/m^3 * y / 1 mm }",
+        "region own where x > 30 mm { tissue is hard }; "
+        "region near where x < 10 mm { density = 900 kg/m^3 + 10 kg/m^3 * y / 1 mm }",
         more=f"tissue hard {{ {TISSUE.replace('10 kPa', '99 kPa')} }}",
     ).network
     (field,) = found.elements
     centre = found.position[field.nodes].mean(axis=1)
-    own = centre[:, 0] > 0.029
+    own = centre[:, 0] > 0.03
     assert field.young[own] == pytest.approx(99e3, rel=1e-12)
     assert field.young[~own] == pytest.approx(1e4 * (1 + centre[~own, 0] / LENGTH), rel=1e-12)
     own_volume = 125e-9
-    density = np.where(centre[:, 0] < 0.011, 900.0 + 1e4 * centre[:, 1], 1000.0)
+    density = np.where(centre[:, 0] < 0.01, 900.0 + 1e4 * centre[:, 1], 1000.0)
     assert found.mass.sum() == pytest.approx((density * own_volume).sum(), rel=1e-12)
 
 

@@ -134,7 +134,7 @@ body string {
 
 
 def test_two_tissues_have_two_resistances():
-    text = block().replace("tissue is flesh", "tissue is flesh; region top where z > 5.1 mm "
+    text = block().replace("tissue is flesh", "tissue is flesh; region top where z > 5 mm "
                            "{ tissue is fascia }")  # fmt: skip
     text += "tissue fascia like flesh { cutting resistance = 1 kJ/m^2 }\n"
     found = surface(text, facing(0.0))

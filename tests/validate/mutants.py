@@ -83,8 +83,8 @@ SCENES = {
 }
 
 OF_SOLIDS = (
-    "_of_volume", "_folded", "_point", "in_series", "in_parallel", "_rates", "pace_of_flow",
-    "carried", "_second_invariant", "_unimodular_inverse", "isochoric",
+    "_of_volume", "_point", "in_series", "in_parallel", "_rates", "pace_of_flow",
+    "carried", "_second_invariant", "_unimodular_inverse",
 )  # fmt: skip
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
@@ -113,6 +113,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.solids.activation": ("_pull",),
     "tissuec.forces.acting.symmetry_kernel": None,
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
+    "tissuec.forces.solids.isochoric": ("isochoric", "falling", "folded", "paired"),
     "tissuec.forces.solids.solid_point": OF_SOLIDS,
     "tissuec.forces.surfaces.plane_point": (
         "of",

@@ -22,6 +22,8 @@ SOLVER = (
 AROUND = {
     "compare",
     "engine_run",
+    "refinement",
+    "refinement_report",
     "report",
     "uncertainty",
     "validation",

@@ -141,7 +141,10 @@ class _Piece:
         """
         target, ways = self.share @ values + due, np.zeros(len(due))
         for _ in range(_STEPS):
-            factors = np.exp(values @ ways)
+            with np.errstate(over="ignore"):
+                factors = np.exp(values @ ways)
+            if not np.isfinite(factors).all():
+                return None
             mass = self.share * factors
             slope = target - mass @ values
             matrix = values.T @ (mass[:, None] * values)
