@@ -143,3 +143,24 @@ def test_what_cannot_be_refined_is_refused(text, code, said):
         compile_request(Request(Source("beam.tis", text)), halvings=1)
     assert caught.value.diagnostics[0].code == code
     assert said in caught.value.diagnostics[0].message
+
+
+def test_nodes_of_bodies_that_touch_are_compared_with_their_own():
+    """One of two blocks that share a face moves by 1 mm, the other stays."""
+    text = BEAM.replace("SELECTED", BY_PLACE).replace("(0, 0, -3)", "(0, 0, 0)")
+    text = text.replace(
+        "at 0 s: settle", "from 0 s to 1 ms: move second by (1, 0, 0) mm using ramp"
+    )
+    text = text.replace(
+        "position(tip) every 1 ms; force(wall) every 1 ms", "position(second) every 1 ms"
+    )
+    text = text.replace("at 0 s: fix wall", "at 0 s: fix bar")
+    text += """body second { mesh is lattice { cell = 5 mm
+                box from (40, 0, 0) mm to (50, 10, 10) mm }; tissue is gel }
+"""
+    request = Request(Source("two.tis", text))
+    compiled = [compile_request(request, halvings=n)[0] for n in range(2)]
+    displacement, _ = dependences(
+        compiled[0], [mesh_run(one, lambda time: None) for one in compiled]
+    )
+    assert displacement.change < 1e-9

@@ -36,15 +36,18 @@ class MeshRun(Struct, frozen=True, eq=False):
         outcome: How the run ended.
         logs: Of each log with the same columns in all meshes, times [s] and rows, shapes (row,)
             and (row, column).
-        cells: Number of elements.
         wall_time: [s].
     """
 
     network: Network
     outcome: Outcome
     logs: dict[str, tuple[Floats, Floats]]
-    cells: int
     wall_time: float
+
+    @property
+    def cells(self) -> int:
+        """Number of elements."""
+        return self.network.size.elements
 
 
 class Dependence(Struct, frozen=True):
@@ -53,7 +56,7 @@ class Dependence(Struct, frozen=True):
     Attributes:
         name: A log, or "displacement".
         unit: SI unit.
-        values: Sizes with each mesh, where both finest meshes differ most.
+        values: Sizes with each mesh, when the first two differ most.
         change: Largest difference between the first mesh and the second one, relative to the
             largest value.
         order: Observed order of the error; None with two meshes, or where there is none.
@@ -86,8 +89,7 @@ def mesh_run(compiled: Compiled, progress: Callable[[float], None]) -> MeshRun:
     if outcome.kind == "interrupted":
         raise interruption(outcome.signal)
     logs = {one.name: memory.log_arrays(one.name) for one in comparable_logs(compiled)}
-    cells = network.size.elements
-    return MeshRun(network, outcome, logs, cells, clock.monotonic() - started)
+    return MeshRun(network, outcome, logs, clock.monotonic() - started)
 
 
 def comparable_logs(compiled: Compiled) -> Iterator[LogChannel]:
@@ -123,19 +125,28 @@ def dependences(compiled: Compiled, runs: Sequence[MeshRun]) -> list[Dependence]
 
 def _displacements(runs: Sequence[MeshRun]) -> list[Floats]:
     """Return displacements at the end [m] of the nodes that all meshes have, (node, 3) each."""
-    first = runs[0].network
-    drawn = first.position[: first.body_nodes]
-    near, common = SAME_PLACE * largest_side(drawn), np.ones(len(drawn), dtype=bool)
+    drawn = _drawn(runs[0].network)
+    near, common = SAME_PLACE * largest_side(drawn[:, :3]), np.ones(len(drawn), dtype=bool)
     places: list[Indices] = []
     for one in runs:
-        tree = KDTree(one.network.position[: one.network.body_nodes])
-        distance, place = tree.query(drawn)
+        distance, place = KDTree(_drawn(one.network)).query(drawn)
         common &= distance <= near
         places.append(np.asarray(place))
     return [
         (one.outcome.state.position - one.network.position)[place[common]]
         for one, place in zip(runs, places, strict=True)
     ]
+
+
+def _drawn(network: Network) -> Floats:
+    """Return the nodes of bodies as drawn, with the number of the body, shape (node, 4).
+
+    Bodies in contact may have nodes at the same place.
+    """
+    number = np.zeros((network.body_nodes, 1))
+    for k, body in enumerate(network.bodies):
+        number[body.nodes] = k
+    return np.concatenate([network.position[: network.body_nodes], number], axis=1)
 
 
 def _common(logs: Sequence[tuple[Floats, Floats]], end: float) -> tuple[Floats, list[Floats]]:
