@@ -18,9 +18,9 @@ from tissuec.laws.solid.invariants import (
     Yeoh,
 )
 from tissuec.laws.solid.stretches import Hencky, Ogden
-from tissuec.meshes.elements import mesh_of_elements, node_shares
+from tissuec.meshes.elements import MIRRORED, mesh_of_elements, node_shares
 from tissuec.meshes.generators import ElementMesh
-from tissuec.meshes.quadratic import mirrored, with_middles
+from tissuec.meshes.quadratic import QUADRATIC, with_middles
 from tissuec.validate.forces.elements import ElementSolid
 
 LAWS = (NeoHookean(), MooneyRivlin(0.3), Yeoh(0.6, 1.8), SolidExponential(0.4),
@@ -404,7 +404,7 @@ def test_elements_that_are_inside_out_are_refused(name):
     swapped = [0, 1, 5, 6, 7, 8] if name == "tetrahedron" else [0, 1]
     turned[0, swapped] = turned[0, [swapped[k ^ 1] for k in range(len(swapped))]]
     if name == "quadratic hexahedron":
-        turned[0] = nodes[0, mirrored()]
+        turned[0] = nodes[0, MIRRORED[QUADRATIC]]
     material = SolidMaterial(*np.full((3, len(nodes)), 1e3), np.zeros(len(nodes), int),
                              (NeoHookean(),))  # fmt: skip
     none = np.zeros((0, 2), dtype=np.int32)

@@ -11,9 +11,9 @@ from tests.forces.test_bending_cells import YOUNG, bar, made_of
 from tissuec.forces.enclosed.pressed_faces import FORMS
 from tissuec.forces.solids.quadratic import linear_functions
 from tissuec.geometry.elements import CUBE_27, SHAPES, triquadratic
-from tissuec.meshes.elements import mesh_of_elements
+from tissuec.meshes.elements import MIRRORED, mesh_of_elements
 from tissuec.meshes.generators import ElementMesh
-from tissuec.meshes.quadratic import QUADRATIC, mirrored, with_middles
+from tissuec.meshes.quadratic import QUADRATIC, with_middles
 from tissuec.validate.forces.elements import ElementSolid
 
 SHAPE = SHAPES[QUADRATIC]
@@ -251,7 +251,7 @@ def test_weighted_triangles_enclose_the_volume_of_curved_sides():
 
 
 def test_mirror_images_have_the_same_triangles():
-    order = mirrored()
+    order = MIRRORED[QUADRATIC]
     own = {frozenset(each) for each in SHAPE.triangles.tolist()}
     turned = {frozenset(order[node] for node in each) for each in SHAPE.triangles.tolist()}
     assert own == turned

@@ -41,12 +41,8 @@ def box_of_tetrahedra(cells: int = 2):
 
 def box_of_hexahedra(cells: int = 2):
     """Return a box of 10 mm cells, in VTK's order of corners."""
-    side = cells + 1
-    grid = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    low = grid[(grid < cells).all(axis=1)]
-    flat = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
-    corner = np.concatenate([flat, flat + np.array([0, 0, 1])])
-    return 10.0 * grid, (low[:, None] + corner) @ (side * side, side, 1)
+    places = np.meshgrid(*[np.arange(cells + 1)] * 3, indexing="ij")
+    return grid_of_hexahedra(10.0 * np.stack(places, axis=-1))
 
 
 def grid_of_hexahedra(place: Any):

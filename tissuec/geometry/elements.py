@@ -245,6 +245,11 @@ MIDDLES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 _OUTWARD = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 
 
+#: Shares of the corners at the points of tetrahedra, shape (point, 4).
+_NEAR, _FAR = (5.0 + 3.0 * np.sqrt(5.0)) / 20.0, (5.0 - np.sqrt(5.0)) / 20.0
+TETRAHEDRAL_POINTS = _FAR + (_NEAR - _FAR) * np.eye(4)
+
+
 def quadratic(points: Floats) -> NodeFunctions:
     """Return the functions of tetrahedra with ten nodes, dimensionless.
 
@@ -262,8 +267,7 @@ def quadratic(points: Floats) -> NodeFunctions:
 
 
 def _tetrahedron() -> ElementShape:
-    near, far = (5.0 + 3.0 * np.sqrt(5.0)) / 20.0, (5.0 - np.sqrt(5.0)) / 20.0
-    at = quadratic(far + (near - far) * np.eye(4))
+    at = quadratic(TETRAHEDRAL_POINTS)
     middle = {tuple(pair): 4 + k for k, pair in enumerate(np.sort(MIDDLES).tolist())}
     triangles: list[tuple[int, int, int]] = []
     edges: set[tuple[int, int]] = set()

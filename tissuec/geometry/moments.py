@@ -3,25 +3,25 @@
     V = ∫ dV,    s = ∫ x dV,    S = ∫ x ⊗ x dV
 
 are integrals of polynomials of natural coordinates: x is that of the functions of nodes, and dV
-is det ∂x/∂ξ dξ. The points of ``RULES`` integrate them to rounding, whatever the corners of
+is det ∂x/∂ξ dξ. The points of ``_RULES`` integrate them to rounding, whatever the corners of
 hexahedra and wedges, and in tetrahedra with straight edges (products of Gauss's rules; P. J.
 Davis, P. Rabinowitz, Methods of Numerical Integration, 2nd edition, 1984).
 """
 
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from tissuec.geometry.elements import (
+    CUBE_27,
     GAUSS,
     SHAPES,
+    TETRAHEDRAL_POINTS,
     NodeFunctions,
     fourth_degree,
     prismatic,
     quadratic,
     trilinear,
-    triquadratic,
 )
 from tissuec.model.network import Floats
 
@@ -66,22 +66,18 @@ class _Rule(NamedTuple):
 
 def _rules() -> dict[str, _Rule]:
     places, weights = GAUSS
-    cube: Floats = np.array(list(product(places.tolist(), repeat=3)))
-    each = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
-    flat = fourth_degree()
+    cube, flat = SHAPES["quadratic hexahedron"], fourth_degree()
     columns = prismatic(np.tile(flat.points, (3, 1)), np.repeat(places, 6))
-    near, far = (5.0 + 3.0 * np.sqrt(5.0)) / 20.0, (5.0 - np.sqrt(5.0)) / 20.0
-    corners = quadratic(far + (near - far) * np.eye(4))
     return {
-        "hexahedron": _Rule(trilinear(cube), each),
+        "hexahedron": _Rule(trilinear(cube.lumped @ CUBE_27), cube.weights),
         "wedge": _Rule(columns, 0.5 * np.outer(weights, flat.weights).ravel()),
-        "tetrahedron": _Rule(corners, SHAPES["tetrahedron"].weights),
-        "quadratic hexahedron": _Rule(triquadratic(cube), each),
+        "tetrahedron": _Rule(quadratic(TETRAHEDRAL_POINTS), SHAPES["tetrahedron"].weights),
+        "quadratic hexahedron": _Rule(NodeFunctions(cube.lumped, cube.gradients), cube.weights),
     }
 
 
 #: Points of each shape that integrate second moments exactly.
-RULES = _rules()
+_RULES = _rules()
 
 
 def moments(shape: str, corners: Floats) -> SolidMoments:
@@ -94,7 +90,7 @@ def moments(shape: str, corners: Floats) -> SolidMoments:
     first = corners[:, 0]
     own = corners - first[:, None]
     alike = np.abs(own - own[:1]).max(initial=0.0) <= _ALIKE * np.abs(corners).max(initial=0.0)
-    found = _moments(RULES[shape], own[:1] if alike else own)
+    found = _moments(_RULES[shape], own[:1] if alike else own)
     if alike:
         found = SolidMoments(*(np.repeat(each, len(own), axis=0) for each in found))
     return found.shifted(first)

@@ -14,7 +14,7 @@ from tissuec.core.errors import counted
 from tissuec.core.structs import replace
 from tissuec.geometry.divisions import volumes
 from tissuec.geometry.edges import Floats, Indices
-from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape
+from tissuec.geometry.elements import GRID, MIDDLES, SHAPES, TRIQUADRATIC, ElementShape
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs
@@ -22,9 +22,11 @@ from tissuec.meshes.slivers import poor_ones
 from tissuec.model.topology import lower_and_upper
 
 BRICKS = ("hexahedron", "wedge")  # whose nodes are the corners of their cells
-#: Orders of corners that turn elements inside out.
+_I, _J, _K = GRID.T
+#: Orders of nodes that turn elements inside out; of tetrahedra, of their corners.
 MIRRORED = {
     "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3],
+    "quadratic hexahedron": TRIQUADRATIC[_I, _J, 2 - _K].tolist(),
     "wedge": [3, 4, 5, 0, 1, 2],
     "tetrahedron": [1, 0, 2, 3],
 }

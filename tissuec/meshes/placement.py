@@ -13,7 +13,6 @@ from tissuec.geometry.edges import Indices
 from tissuec.geometry.elements import MIDDLES
 from tissuec.meshes.elements import MIRRORED, TRIANGLE
 from tissuec.meshes.generators import ElementMesh, Mesh
-from tissuec.meshes.quadratic import QUADRATIC, mirrored
 from tissuec.meshes.stiffness_sharing import area_shares, volume_shares
 
 
@@ -59,8 +58,6 @@ def _inside_out(elements: ElementMesh) -> ElementMesh:
     nodes = elements.nodes
     if elements.shape == TRIANGLE:
         return replace(elements, nodes=nodes[:, [0, 2, 1]])
-    if elements.shape == QUADRATIC:
-        return replace(elements, nodes=nodes[:, mirrored()])
     order = MIRRORED[elements.shape]
     if nodes.shape[1] > len(order):
         order = [*order, *_middles(order)]

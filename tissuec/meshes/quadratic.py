@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
 from tissuec.geometry.edges import Floats, Indices
-from tissuec.geometry.elements import CUBE, CUBE_27, TRIQUADRATIC, trilinear
+from tissuec.geometry.elements import CUBE, CUBE_27, trilinear
 from tissuec.meshes.elements import mesh_of_elements
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
@@ -75,10 +75,3 @@ def with_middles_between(mesh: Mesh, position: Floats) -> Floats:
 def _between() -> NDArray[np.bool_]:
     """Return which corners the nodes 8 to 26 are between, shape (19, 8)."""
     return np.asarray((CUBE_27[8:, None] * CUBE >= 0.0).all(axis=2))
-
-
-def mirrored() -> list[int]:
-    """Return the order of nodes that turns elements inside out: ζ becomes -ζ."""
-    order = np.empty(27, dtype=np.int64)
-    order[TRIQUADRATIC] = TRIQUADRATIC[:, :, ::-1]
-    return [int(node) for node in order]

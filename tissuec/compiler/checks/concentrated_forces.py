@@ -5,7 +5,7 @@ Boussinesq 1885, A. Flamant 1892). In a mesh, a force F on a node dents it by ab
 
     9/8 F / Σ E h/n
 
-over the elements around it, of Young's modulus E, the size h and n nodes: within a third at
+over the elements around it, of Young's modulus E, the size h and n nodes: within 40 % at
 corners, edges and faces of blocks of hexahedra, measured at Poisson's ratios of 0.3 to 0.49.
 """
 
@@ -29,10 +29,10 @@ DENT = 9.0 / 8.0
 def concentrated(compiled: Compiled) -> Iterator[Diagnostic]:
     """W418: forces on points and edges that dent a solid by a tenth of an element or more."""
     network = compiled.network
-    if not network.of_kind("elements"):
-        return
     pushes = [e.action for e in compiled.plan.every_event if isinstance(e.action, Push)]
-    stiffness, size = resistance(network) if pushes else (np.zeros(0), np.zeros(0))
+    if not (pushes and network.of_kind("elements")):
+        return
+    stiffness, size = resistance(network)
     for push in pushes:
         nodes = push.group.indices
         if not len(nodes) or not stiffness[nodes].all() or _is_spread(network, push):

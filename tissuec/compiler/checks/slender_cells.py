@@ -19,8 +19,12 @@ def slender_cells(compiled: Compiled) -> Iterator[Diagnostic]:
     for one in network.of_kind("elements"):
         if one.shape.name == "tetrahedron" or not one.item_count:
             continue
-        ends = network.position[one.nodes[:, one.shape.edges]]
-        edges = norm((ends[:, :, 1] - ends[:, :, 0]).reshape(-1, 3)).reshape(len(ends), -1)
+        from tissuec.geometry.elements import SHAPES  # where there are elements
+
+        # Those between corners, also where there are nodes in their middles.
+        shape = SHAPES["hexahedron"] if one.shape.functions > 1 else one.shape
+        ends = network.position[one.nodes[:, shape.edges]]
+        edges = norm(ends[:, :, 1] - ends[:, :, 0])
         long, short = edges.max(axis=1), edges.min(axis=1)
         ratio = long / short
         if not (many := int((ratio > MOST * (1.0 + 1e-9)).sum())):

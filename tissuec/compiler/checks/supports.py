@@ -11,6 +11,7 @@ from tissuec.compiler.measures.observed import CompiledCondition
 from tissuec.core.arrays import norm
 from tissuec.core.errors import Diagnostic
 from tissuec.core.units import FORCE, LENGTH, TIME, show
+from tissuec.forces.acting.load import Load
 from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.model.topology import pieces
 from tissuec.script.measures import MEASURES
@@ -56,14 +57,15 @@ def unheld(compiled: Compiled) -> Iterator[Diagnostic]:
     if compiled.scene.forces or not (pushes or np.any(plan.gravity)):
         return
     loose, held = loose_bodies(compiled.network, plan)
-    moved = [(one, _direction(one, compiled, pushes)) for one in loose]
+    loads = [push.load(compiled.network, push.profile) for push in pushes] if loose else []
+    moved = [(one, _direction(one, compiled, loads)) for one in loose]
     waiting = [(one, along) for one, along in moved if along.any() and not _expected(one, plan)]
     catching = held + [body for one, along in moved if not along.any() for body in one.bodies]
     while caught := [pair for pair in waiting if _is_caught(compiled, *pair, catching, events)]:
         waiting = [pair for pair in waiting if pair not in caught]
         catching += [body for one, _ in caught for body in one.bodies]
     for one, _ in waiting:
-        yield from _told(one, compiled, pushes)
+        yield from _told(one, compiled, loads)
 
 
 def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPart]]:
@@ -99,9 +101,9 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
     return list(loose.values()), held
 
 
-def _direction(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Floats:
+def _direction(one: Loose, compiled: Compiled, loads: Sequence[Load]) -> Floats:
     """Return where weight, or else pushes, drive some bodies; 0 where they balance, (3,)."""
-    acting, gravity = _acting(one, pushes, compiled.network), compiled.plan.gravity
+    acting, gravity = _acting(one, loads), compiled.plan.gravity
     total = _resultant(one, acting, compiled.network)
     if np.any(gravity):
         # What is pushed up may float.
@@ -111,9 +113,8 @@ def _direction(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Floats
     return np.zeros(3) if is_balanced else total / size
 
 
-def _acting(one: Loose, pushes: Sequence[Push], network: Network) -> Floats:
+def _acting(one: Loose, loads: Sequence[Load]) -> Floats:
     """Return the forces of all pushes on some bodies [N], shape (push, 3)."""
-    loads = [push.load(network, push.profile) for push in pushes]
     own = [load.factors[np.isin(load.nodes, one.nodes)].sum() for load in loads]
     forces = [load.terms[0].vector * each for load, each in zip(loads, own, strict=True)]
     return np.array(forces, dtype=float).reshape(-1, 3)
@@ -197,14 +198,14 @@ def _is_ahead(
     return bool(norm(other - centre) <= radii + reach)
 
 
-def _told(one: Loose, compiled: Compiled, pushes: Sequence[Push]) -> Iterator[Diagnostic]:
+def _told(one: Loose, compiled: Compiled, loads: Sequence[Load]) -> Iterator[Diagnostic]:
     """Yield the findings about bodies that nothing holds, unless they are held soon enough."""
     plan, network = compiled.plan, compiled.network
     hint = 'hold it, for example with "at 0 s: fix SET", or place something that it can touch'
     if not np.any(plan.gravity):
         if np.isfinite(one.until):
             return
-        left = _resultant(one, _acting(one, pushes, network), network)
+        left = _resultant(one, _acting(one, loads), network)
         total = show(float(norm(left)), FORCE)
         text = f"nothing holds {one.name}: pushes of {total} in all drive it away"
         hint += "; forces that balance need no support"

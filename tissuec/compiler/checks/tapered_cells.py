@@ -9,7 +9,7 @@ neighbours taper alike, as around a ring, the body is curved, and cells are far 
 """
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from tissuec.compiler.checks import check
 from tissuec.compiler.compile import Compiled
 from tissuec.core.arrays import dot
 from tissuec.core.errors import Diagnostic
-from tissuec.geometry.elements import CUBE
 from tissuec.model.network import Floats, Indices
+from tissuec.model.topology import pieces
 
 STIFF = 0.25  # part by which bodies that are reported are too stiff, or more
 
@@ -34,8 +34,8 @@ def tapered(compiled: Compiled) -> Iterator[Diagnostic]:
         tapers = Tapers.of(network.position[one.nodes])
         if not (_excess(tapers.size) > STIFF).any():
             continue
-        faces = _faces(one.nodes)
-        excess = _excess(tapers.alternating(faces).max(axis=1) / _layers(faces))
+        beside = _beside(one.nodes)
+        excess = _excess(tapers.alternating(beside).max(axis=1) / _layers(beside))
         if (worst := float(excess.max())) <= STIFF:
             continue
         cell = int(excess.max(axis=1).argmax())
@@ -69,8 +69,10 @@ class Tapers(NamedTuple):
     @classmethod
     def of(cls, corners: Floats) -> "Tapers":
         """Return the tapers of cells with corners [m], shape (cell, 8, 3)."""
-        edges = np.einsum("ak,nac->nkc", CUBE, corners) / 8.0
-        modes = np.einsum("ai,aj,nac->nijc", CUBE, CUBE, corners) / 8.0
+        from tissuec.geometry.bent_cells import SHARES  # where there are hexahedra
+
+        parts = SHARES[:6] @ corners
+        edges, modes = parts[:, :3], parts[:, 3:][:, [[0, 2, 1], [2, 0, 0], [1, 0, 0]]]
         square = dot(edges, edges)
         along = np.einsum("nijc,nic->nij", modes, edges) / square[:, None] ** 2
         along[:, range(3), range(3)] = 0.0
@@ -84,14 +86,13 @@ class Tapers(NamedTuple):
     def _times_thickness(self, vector: Floats) -> Floats:
         return np.sqrt(dot(vector, vector) * dot(self.edges, self.edges)[:, None])
 
-    def alternating(self, faces: Indices) -> Floats:
+    def alternating(self, beside: Indices) -> Floats:
         """Return half of the dimensionless difference of m from neighbours, shape (cell, 3, 3).
 
         Args:
-            faces: See ``_faces``.
+            beside: See ``_beside``.
         """
         total, known = np.zeros_like(self.vector), np.zeros(self.vector.shape[:2])
-        beside = _beside(faces)
         for side in (0, 1):
             cell, axis = np.divmod(beside[:, :, side], 3)
             for i in range(3):
@@ -108,37 +109,35 @@ class Tapers(NamedTuple):
         return 0.5 * self._times_thickness(apart)
 
 
-def _faces(nodes: Indices) -> Indices:
-    """Return numbers of the faces across each direction of cells, shape (cell, 3, 2).
+def _beside(nodes: Indices) -> Indices:
+    """Return neighbours across both faces of each direction of cells, shape (cell, 3, 2).
+
+    They are 3 times the number of the cell plus that of its direction there; -1 without one.
 
     Args:
         nodes: Shape (cell, 8).
     """
+    from tissuec.geometry.elements import CUBE  # where there are hexahedra
+
     sides = [[nodes[:, CUBE[:, k] == side] for side in (-1.0, 1.0)] for k in range(3)]
     faces = np.sort(np.array(sides), axis=3).transpose(2, 0, 1, 3)
-    _, number = np.unique(faces.reshape(-1, 4), axis=0, return_inverse=True)
-    return number.reshape(-1, 3, 2)
-
-
-def _beside(faces: Indices) -> Indices:
-    """Return 3 times the cell beyond each face and the direction there; -1 without one."""
-    flat = faces.ravel()
-    order = np.argsort(flat, kind="stable")
-    same = np.flatnonzero(flat[order][1:] == flat[order][:-1])
+    _, face = np.unique(faces.reshape(-1, 4), axis=0, return_inverse=True)
+    face = face.ravel()
+    order = np.argsort(face, kind="stable")
+    same = np.flatnonzero(face[order][1:] == face[order][:-1])
     one, other = order[same], order[same + 1]
-    found: Indices = np.full(len(flat), -1)
+    found: Indices = np.full(len(face), -1)
     found[one], found[other] = other // 2, one // 2
-    return found.reshape(faces.shape)
+    return found.reshape(-1, 3, 2)
 
 
-def _layers(faces: Indices) -> Floats:
-    """Return how many cells lie behind one another in each of their directions, (cell, 3)."""
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import connected_components
+def _layers(beside: Indices) -> Floats:
+    """Return how many cells lie behind one another in each of their directions, (cell, 3).
 
-    count = 3 * len(faces)
-    cell = np.arange(2 * count) // 2
-    size = count + int(faces.max()) + 1
-    joined = csr_matrix((np.ones(2 * count), (cell, count + faces.ravel())), shape=(size, size))
-    column: Any = connected_components(joined, directed=False)[1]
-    return np.bincount(column[:count])[column[:count]].reshape(-1, 3).astype(float)
+    Args:
+        beside: See ``_beside``.
+    """
+    own, other = np.arange(beside.size) // 2, beside.ravel()
+    joined = np.stack([own, other], axis=1)[other >= 0]
+    column = pieces(beside.size // 2, joined)
+    return np.bincount(column)[column].reshape(-1, 3).astype(float)

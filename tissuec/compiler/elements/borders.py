@@ -2,9 +2,9 @@
 
 A comparison in the condition of a region, such as ``z > 7 mm``, has a border where both sides
 are equal. If it crosses all lines of nodes of a block of cells between the same two sheets, and
-in the same part of the way, one of these two is moved there along the lines; no cell becomes
-thinner than a quarter of what it was. Other borders, such as those of balls, cells cannot
-follow; ``region_sizes`` says how much larger or smaller regions are.
+at the same fraction of the way, one of these two is moved there along the lines; no cell
+becomes thinner than a quarter of what it was. Cells cannot follow other borders, such as those
+of balls; ``region_sizes`` gives the volumes that regions then have.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,6 +16,7 @@ from tissuec.compiler.selections import PointScope
 from tissuec.core.arrays import SAME_PLACE, largest_side
 from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
 from tissuec.meshes.elements import volumes_of_nodes
 from tissuec.meshes.generators import Mesh
 from tissuec.meshes.quadratic import with_middles_between
@@ -23,8 +24,8 @@ from tissuec.model.network import Floats, Indices
 from tissuec.scene.model import Body
 from tissuec.scene.reading.expressions import Scope
 
-THINNEST = 0.25  # of a cell: what remains of it
-_SAME = 1e-6  # of a cell: places that are as near are one
+THINNEST = 0.25  # least part of a cell that remains
+_SAME = 1e-6  # of a cell: places this close are the same
 _HALVINGS = 60  # of the way between two sheets
 
 #: Two sides of a comparison.
@@ -44,7 +45,7 @@ class BorderCrossing(NamedTuple):
 
     @property
     def place(self) -> float:
-        """Return the number of the sheet that would be there, as a rule no whole one."""
+        """Return its place in numbers of sheets, usually not a whole number."""
         return self.below + float(self.part.mean())
 
 
@@ -59,12 +60,12 @@ def at_borders(body: Body, mesh: Mesh, scope: Scope) -> Mesh:
     if not (mesh.sheets and sides):
         return mesh
     position, size = mesh.position.copy(), largest_side(mesh.position)
-    on_shape = position if mesh.on_shape is None else mesh.on_shape.copy()
+    every = [position] if mesh.on_shape is None else [position, mesh.on_shape.copy()]
     for sheets in mesh.sheets:
-        lines = on_shape[sheets]
+        lines = every[-1][sheets]
         found = [one for pair in sides for one in _crossings(pair, lines, size, scope)]
         chosen = list(_chosen(found, len(sheets)))
-        for places in (position, on_shape)[: 1 + (on_shape is not position)]:
+        for places in every:
             lines = places[sheets]
             for sheet, border in chosen:
                 way = lines[border.below + 1] - lines[border.below]
@@ -78,19 +79,15 @@ def at_borders(body: Body, mesh: Mesh, scope: Scope) -> Mesh:
 
 def _compared(condition: s.Expression) -> Iterator[Sides]:
     """Yield the sides of the comparisons of a condition that have a border."""
-    match condition:
-        case s.And(operands=operands) | s.Or(operands=operands):
-            for one in operands:
-                yield from _compared(one)
-        case s.Not(operand=operand):
-            yield from _compared(operand)
-        case s.Compare(left=left, sign="<" | "<=" | ">" | ">=", right=right):
-            yield left, right
-        case s.Between(subject=subject, low=low, high=high):
-            yield subject, low
-            yield subject, high
-        case _:
-            pass
+    for part in walk(condition):
+        match part:
+            case s.Compare(left=left, sign="<" | "<=" | ">" | ">=", right=right):
+                yield left, right
+            case s.Between(subject=subject, low=low, high=high):
+                yield subject, low
+                yield subject, high
+            case _:
+                pass
 
 
 def _crossings(

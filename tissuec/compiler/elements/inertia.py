@@ -1,4 +1,4 @@
-"""Masses of nodes with which a solid turns as the body that is drawn does.
+"""Node masses that give a solid the moments of inertia of the drawn body.
 
 Masses m that are lumped at the nodes of elements have the mass and the centre of mass of the
 body, but second moments Σ m x ⊗ x that are too large: in a bar of n hexahedra across, that
@@ -11,9 +11,9 @@ all masses that do, they differ least from m by the relative entropy Σ M ln(M/m
 positive; the ten coefficients c minimise the convex function Σ m exp p - c·T, T being the
 integrals of the density times the monomials (E. T. Jaynes, Phys. Rev. 106:620, 1957). Where
 there is one cell across, x² is the same at all nodes and its mean cannot be changed:
-polynomials that would have to change masses very much are left out. Light corners move where
-others do not and shorten stable steps, so that half of m remains: with two or three cells
-across in each direction, a part of what is due is made.
+polynomials that would have to change masses very much are left out. Light corners shorten
+stable steps, so each node keeps at least half of m: with two or three cells across in each
+direction, only part of the correction is made.
 
 Where a body ends at a plane of symmetry, p is even about it, as that of the whole is.
 """
@@ -23,21 +23,20 @@ from typing import cast
 
 import numpy as np
 
+from tissuec.geometry.elements import CUBE_27  # which determine a polynomial of degree 2
 from tissuec.geometry.moments import SolidMoments, moments
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Floats
 from tissuec.model.topology import pieces
 from tissuec.script.verbs.cut_surface import Blade
 
-ON_PLANE = 1e-6  # of the size of a piece: as far from a plane, a node is on it
-MOST = 1.0  # root of the mean square of the part of p that one polynomial has
+ON_PLANE = 1e-6  # of the size of a piece: a node this close to a plane is on it
+MOST = 1.0  # largest root mean square that one polynomial may add to p
 LEAST = 0.5  # of a lumped mass that remains; 4 x 4 x 4 cells leave 0.57 at their corners
-_PARTS = 1.0, 0.75, 0.5, 0.25  # of what is due, where all of it would leave less
+_PARTS = 1.0, 0.75, 0.5, 0.25  # of the correction, tried until no mass falls below LEAST
 _ROUNDING = 1e-9  # of the mean square of a polynomial
 #: Of Newton's method: how many steps, the largest one and the last one, as mean squares of p.
 _STEPS, _LARGEST, _LAST = 50, 0.25, 1e-26
-#: Places at which polynomials of the second degree that are equal are the same.
-_GRID = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
 _PAIRS = np.array([0, 1, 2, 1, 2, 0]), np.array([0, 1, 2, 2, 0, 1])
 
 
@@ -114,18 +113,18 @@ class _Piece:
         return np.ones(len(values))
 
     def _mirrored(self, point: Floats, normal: Floats) -> Floats | None:
-        """Return the mirror image of ``_GRID``; None if no node is on the plane."""
+        """Return the mirror image of ``CUBE_27``; None if no node is on the plane."""
         along, away = self.outward.T @ normal, float((point - self.centre) @ normal)
         if np.abs(self.places @ along - away).min() > ON_PLANE * self.size:
             return None
-        ahead = _GRID @ along - away
-        return _GRID - 2.0 * ahead[:, None] * (self.inward @ normal)
+        ahead = CUBE_27 @ along - away
+        return CUBE_27 - 2.0 * ahead[:, None] * (self.inward @ normal)
 
     def _orthonormal(self, ways: Floats) -> Floats:
         """Return the coefficients of orthonormal polynomials, shape (monomial, n).
 
         Args:
-            ways: Those of polynomials of which the others are sums, shape (monomial, m).
+            ways: Coefficients of polynomials that span them, shape (monomial, m).
         """
         values = self.monomials @ ways
         square, turn = np.linalg.eigh(values.T @ (self.share[:, None] * values))
@@ -166,10 +165,10 @@ def _even(images: Sequence[Floats], count: int) -> Floats:
     """Return the coefficients of polynomials that are even about planes, shape (10, n).
 
     Args:
-        images: Mirror images of ``_GRID``, each of shape (place, 3).
-        count: Of the first monomials, of which they consist.
+        images: Mirror images of ``CUBE_27``, each of shape (place, 3).
+        count: How many of the first monomials they consist of.
     """
-    odd = [_monomials(one) - _monomials(_GRID) for one in images]
+    odd = [_monomials(one) - _monomials(CUBE_27) for one in images]
     every = np.concatenate([*odd, np.zeros((count, 10))])[:, :count]
     _, sizes, ways = np.linalg.svd(every)
     even = ways[sizes <= _ROUNDING * max(1.0, sizes[0])]

@@ -197,7 +197,7 @@ class RoundCells(NamedTuple):
             below = above
         found, corners = np.concatenate(place), np.concatenate(cells)
         if swollen:
-            found *= (self._size / _size(found[corners])) ** (1.0 / len(self.core))
+            found *= (self._size / _size_of_cells(found[corners])) ** (1.0 / len(self.core))
         return found, corners, below[on]
 
     @property
@@ -216,7 +216,7 @@ class RoundCells(NamedTuple):
         return np.concatenate([_corners(side) for side in sides])
 
 
-def _size(corners: Floats) -> float:
+def _size_of_cells(corners: Floats) -> float:
     """Return the area or volume of cells, in the order of ``RoundCells.build``."""
     from tissuec.geometry.elements import SHAPES
 
