@@ -9,8 +9,9 @@ the factor has O(n log n) entries, and for solids O(n^(4/3)). (A. George, SIAM J
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 
+from tissuec.mechanics.fronts import CholeskyFactor, Fronts
 from tissuec.model.network import Floats, Indices
 
 # Multiplications for a factor by the cubes of nodes that separate halves, and its numbers by
@@ -29,6 +30,7 @@ class EliminationOrder:
     def __init__(self, position: Floats):
         self._position = position
         self._found: Dissection | None = None
+        self._fronts: Fronts | None = None
 
     def of(self, matrix: csc_matrix) -> Indices:
         """Return the unknowns in the order of elimination, shape (3 node,).
@@ -38,6 +40,13 @@ class EliminationOrder:
         """
         nodes = self._dissected(matrix).nodes
         return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+    def cholesky(self, matrix: csc_matrix) -> CholeskyFactor | None:
+        """Return the factor of a symmetric matrix; None if it is not positive definite."""
+        found, blocks = self._dissected(matrix), blocks_of(matrix)
+        if self._fronts is None or not self._fronts.fit(blocks):
+            self._fronts = Fronts.of(blocks, found.nodes, found.starts)
+        return self._fronts.factor(blocks)
 
     def work(self, matrix: csc_matrix) -> float:
         """Return about how many multiplications a factor takes."""
@@ -54,9 +63,16 @@ class EliminationOrder:
 
 
 class Dissection(NamedTuple):
-    """Nodes in the order of elimination, and how many separate two halves, each time."""
+    """Nodes in the order of elimination.
+
+    Attributes:
+        nodes: In this order, shape (node,).
+        starts: Where those begin that are eliminated together, shape (front,).
+        separators: How many separate two halves, each time, shape (division,).
+    """
 
     nodes: Indices
+    starts: Indices
     separators: Indices
 
     @property
@@ -70,10 +86,15 @@ class Dissection(NamedTuple):
         return NUMBERS * float((self.separators**2.0).sum())
 
 
+def blocks_of(matrix: csc_matrix) -> bsr_matrix:
+    """Return a symmetric matrix with a block for each pair of nodes that it couples."""
+    rows = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
+    return rows.tobsr((3, 3))
+
+
 def joined_nodes(matrix: csc_matrix) -> csr_matrix:
     """Return which nodes a symmetric matrix of three rows for each couples, with itself."""
-    rows = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
-    blocks, size = rows.tobsr((3, 3)), matrix.shape[0] // 3
+    blocks, size = blocks_of(matrix), matrix.shape[0] // 3
     joined = np.ones(len(blocks.indices), np.int8), blocks.indices, blocks.indptr
     return csr_matrix(joined, shape=(size, size))
 
@@ -86,12 +107,14 @@ def dissected(position: Floats, joined: csr_matrix) -> Dissection:
         joined: Which nodes act on one another, symmetric, shape (node, node).
     """
     order, separators = np.empty(len(position), dtype=np.int64), list[int]()
+    starts: list[int] = []
     is_there = np.zeros(len(position), dtype=bool)
     waiting = [(0, np.arange(len(position)))]
     while waiting:
         first, nodes = waiting.pop()
         if len(nodes) <= LEAF:
             order[first : first + len(nodes)] = nodes
+            starts.append(first)
             continue
         low, high = _halves(position, nodes)
         is_there[high] = True
@@ -104,9 +127,12 @@ def dissected(position: Floats, joined: csr_matrix) -> Dissection:
         separators.append(int(np.count_nonzero(touches)))
         last = first + len(nodes) - separators[-1]
         order[last : first + len(nodes)] = low[touches]
+        starts.append(last)
         inner = low[~touches]
         waiting += [(first, inner), (first + len(inner), high)]
-    return Dissection(order, np.array(separators, dtype=np.int64))
+    # Halves that nothing joins have no separator, and may be empty.
+    fronts = np.unique([start for start in starts if start < len(order)])
+    return Dissection(order, fronts, np.array(separators, dtype=np.int64))
 
 
 def _halves(position: Floats, nodes: Indices) -> tuple[Indices, Indices]:

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from msgspec import Struct
-from scipy import sparse
 from scipy.sparse import csc_matrix, diags_array
 from scipy.sparse.linalg import splu
 
 from tissuec.core.signals import waiting_for
 from tissuec.core.structs import replace
 from tissuec.mechanics.dissection import EliminationOrder
+from tissuec.mechanics.fronts import CholeskyFactor
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -35,12 +35,11 @@ DISSECTED = 1000  # unknowns from which nested dissection makes smaller factors
 ORDERED: dict[str, Any] = {"permc_spec": "NATURAL", "relax": 20, "panel_size": 20}
 
 
-class LowRankFactor:
-    """S + L Rᵀ, factorised.
+class SparseFactor:
+    """A factor of a sparse matrix, by SuperLU.
 
     Args:
         matrix: S in any unit, shape (n, n).
-        left, right: L and R, shape (n, column); without columns, S alone is solved.
         order: In which unknowns are eliminated, shape (n,); None where SuperLU chooses it.
         options: Of ``scipy.sparse.linalg.splu``.
 
@@ -49,45 +48,30 @@ class LowRankFactor:
         Halted: A signal ended the run meanwhile.
     """
 
-    def __init__(
-        self,
-        matrix: sparse.csc_matrix,
-        left: Floats,
-        right: Floats,
-        order: Indices | None = None,
-        **options: Any,
-    ):
+    def __init__(self, matrix: csc_matrix, order: Indices | None = None, **options: Any):
         if order is not None:
             matrix, options = csc_matrix(matrix[order][:, order]), {**options, **ORDERED}
         factor = partial(splu, matrix, **options)
-        is_long = matrix.shape[0] >= LONG
-        self._factor, self._right = waiting_for(factor) if is_long else factor(), right
-        self._order, self._is_wide = order, right.shape[1] > 0
-        self._spread = self._within(left) if self._is_wide else left
-        self._schur = np.eye(right.shape[1]) + right.T @ self._spread
+        self._factor = waiting_for(factor) if matrix.shape[0] >= LONG else factor()
+        self._order = order
+
+    @cached_property
+    def pivots(self) -> Floats:
+        """Return the pivots, shape (n,)."""
+        return self._factor.U.diagonal()
 
     @property
     def soundness(self) -> float:
-        """Return the smallest pivot of S as a part of the largest."""
-        pivots = np.abs(self._factor.U.diagonal())
-        return float(pivots.min() / pivots.max())
+        """Return the smallest pivot as a part of the largest."""
+        size = np.abs(self.pivots)
+        return float(size.min() / size.max())
 
-    def solve(self, vectors: Floats) -> Floats:
-        """Return the inverse times vectors in any unit, shape (n,) or (n, vector)."""
-        found = self._within(vectors)
-        if not self._is_wide:
-            return found
-        return found - self._spread @ np.linalg.solve(self._schur, self._right.T @ found)
+    @property
+    def exchanges_rows(self) -> bool:
+        """Return whether rows were exchanged, so that signs of pivots say nothing."""
+        return not np.array_equal(self._factor.perm_r, self._factor.perm_c)
 
-    def solve_transposed(self, vector: Floats) -> Floats:
-        """Return the transposed inverse times a vector in any unit, shape (n,)."""
-        if self._is_wide:
-            # Sᵀ y + R z = b with z = Lᵀ y, so that z = Lᵀ S⁻ᵀ (b - R z).
-            z = np.linalg.solve(self._schur.T, self._spread.T @ vector)
-            vector = vector - self._right @ z
-        return self._within(vector, "T")
-
-    def _within(self, vectors: Floats, way: Literal["N", "T"] = "N") -> Floats:
+    def solve(self, vectors: Floats, way: Literal["N", "T"] = "N") -> Floats:
         """Return S⁻¹, or with "T" its transpose, times vectors, shape of these."""
         solve = cast(Any, self._factor.solve)  # the stub knows "N" only
         if self._order is None:
@@ -95,6 +79,39 @@ class LowRankFactor:
         found = np.empty(vectors.shape)
         found[self._order] = solve(vectors[self._order], way)
         return found
+
+
+class LowRankFactor:
+    """S + L Rᵀ, factorised.
+
+    Args:
+        factor: Of S in any unit, shape (n, n).
+        left, right: L and R, shape (n, column); without columns, S alone is solved.
+
+    Attributes:
+        schur: 1 + Rᵀ S⁻¹ L, shape (column, column).
+    """
+
+    def __init__(self, factor: "SparseFactor | CholeskyFactor", left: Floats, right: Floats):
+        self._factor, self._right = factor, right
+        self._is_wide = right.shape[1] > 0
+        self._spread = factor.solve(left) if self._is_wide else left
+        self.schur = np.eye(right.shape[1]) + right.T @ self._spread
+
+    def solve(self, vectors: Floats) -> Floats:
+        """Return the inverse times vectors in any unit, shape (n,) or (n, vector)."""
+        found = self._factor.solve(vectors)
+        if not self._is_wide:
+            return found
+        return found - self._spread @ np.linalg.solve(self.schur, self._right.T @ found)
+
+    def solve_transposed(self, vector: Floats) -> Floats:
+        """Return the transposed inverse times a vector in any unit, shape (n,)."""
+        if self._is_wide:
+            # Sᵀ y + R z = b with z = Lᵀ y, so that z = Lᵀ S⁻ᵀ (b - R z).
+            z = np.linalg.solve(self.schur.T, self._spread.T @ vector)
+            vector = vector - self._right @ z
+        return self._factor.solve(vector, "T")
 
 
 class Stiffness(Struct, frozen=True, eq=False):
@@ -134,29 +151,53 @@ class Stiffness(Struct, frozen=True, eq=False):
         return replace(self, sparse=total)
 
 
-class Factorization(LowRankFactor):
-    """K⁻¹, by a factorisation of S in which no rows are exchanged.
+class Factorization:
+    """K⁻¹, by a factor of S in which no rows are exchanged.
+
+    Large nets have Cholesky's factor if S is positive definite.
 
     Raises:
         RuntimeError: S is singular.
+        Halted: A signal ended the run meanwhile.
     """
-
-    def __init__(self, matrix: Stiffness):
-        symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
-        wide, elimination, order = matrix.wide, matrix.elimination, None
-        if elimination is not None and len(wide) >= DISSECTED:
-            order = elimination.of(matrix.sparse)
-        by = {"permc_spec": "MMD_AT_PLUS_A", "options": symmetric}
-        super().__init__(matrix.sparse, wide, wide, order, **by)
 
     repeats = True  # another solution costs little
 
+    def __init__(self, matrix: Stiffness):
+        self._matrix = matrix
+        elimination, is_wide = matrix.elimination, matrix.wide.shape[1] > 0
+        self._order = elimination if len(matrix.wide) >= DISSECTED else None
+        cholesky = self._order and self._order.cholesky(matrix.sparse)
+        self._cholesky: CholeskyFactor | None = cholesky
+        if self._order is None or (self._cholesky is None and is_wide):
+            _ = self._pivoted  # which may be singular
+
+    @cached_property
+    def _pivoted(self) -> SparseFactor:
+        options = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
+        matrix = self._matrix.sparse
+        order = self._order.of(matrix) if self._order is not None else None
+        return SparseFactor(matrix, order, permc_spec="MMD_AT_PLUS_A", options=options)
+
+    @cached_property
+    def _whole(self) -> LowRankFactor:
+        wide = self._matrix.wide
+        return LowRankFactor(self._cholesky or self._pivoted, wide, wide)
+
     def solve(self, vectors: Floats, precision: float = 0.0) -> Floats:
-        """Return K⁻¹ times vectors in any unit, shape (n,) or (n, vector), to rounding."""
-        return super().solve(vectors)
+        """Return K⁻¹ times vectors in any unit, shape (n,) or (n, vector), to rounding.
+
+        Raises:
+            RuntimeError: K is singular.
+        """
+        return self._whole.solve(vectors)
 
     def stationary(self, vector: Floats) -> Floats:
-        """Return K⁻¹ times a vector in any unit, shape (n,), where K may be indefinite."""
+        """Return K⁻¹ times a vector in any unit, shape (n,), where K may be indefinite.
+
+        Raises:
+            RuntimeError: K is singular.
+        """
         return self.solve(vector)
 
     def downhill(self, vector: Floats, precision: float = 0.0) -> Floats | None:
@@ -165,12 +206,15 @@ class Factorization(LowRankFactor):
 
     @cached_property
     def is_definite(self) -> bool:
-        """Return whether K is positive definite, by the signs of pivots."""
-        factor = self._factor
-        if not np.array_equal(factor.perm_r, factor.perm_c):
-            return False  # rows were exchanged, so that signs say nothing
-        negative = int((factor.U.diagonal() <= 0.0).sum())
-        return negative == int((np.linalg.eigvalsh(self._schur) < 0.0).sum())
+        """Return whether K is positive definite."""
+        if self._cholesky is not None:
+            return True
+        if not self._matrix.wide.shape[1] and self._order is not None:
+            return False
+        if self._pivoted.exchanges_rows:
+            return False
+        negative = int((self._pivoted.pivots <= 0.0).sum())
+        return negative == int((np.linalg.eigvalsh(self._whole.schur) < 0.0).sum())
 
 
 PRECISION = 1e-3  # of the residual; the caller repeats this for the remainder

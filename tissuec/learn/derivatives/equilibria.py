@@ -26,7 +26,7 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.parameters.numbers import NETWORK, NumberOrder
 from tissuec.mechanics.settling import Remark, Unsettled, settle
 from tissuec.mechanics.state import State
-from tissuec.mechanics.stiffness import LowRankFactor, Stiffness
+from tissuec.mechanics.stiffness import LowRankFactor, SparseFactor, Stiffness
 from tissuec.model.blocks import SYMMETRY, FieldBlock
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
@@ -238,14 +238,15 @@ class StaticResponse:
         self._noise = ROUNDING * top * size
         self.sound = False
         try:
-            self._factor = LowRankFactor(matrix, wide, wide)
-            self.sound = self._factor.soundness > SOUND
+            factor = SparseFactor(matrix)
+            self._factor = LowRankFactor(factor, wide, wide)
+            self.sound = factor.soundness > SOUND
         except RuntimeError:  # singular
             pass
         if not self.sound:
             one = sparse.identity(len(self.entries), format="csc")
             shifted = sparse.csc_matrix(matrix + (SHIFT * top or 1.0) * one)
-            self._factor = LowRankFactor(shifted, wide, wide)
+            self._factor = LowRankFactor(SparseFactor(shifted), wide, wide)
 
     def moved(self, force: Floats) -> Floats:
         """Return the displacements of free nodes [m] by forces [N], shape (3 free, change).

@@ -11,7 +11,7 @@ from tissuec.engine.integrators import derivatives_kernel as steps
 from tissuec.forces import accelerations_derivatives_kernel as accelerations
 from tissuec.kernels.derivative_records import NodeState
 from tissuec.learn.derivatives.stepping import LegForces
-from tissuec.mechanics.stiffness import LowRankFactor
+from tissuec.mechanics.stiffness import LowRankFactor, SparseFactor
 from tissuec.model.network import Floats
 
 
@@ -44,7 +44,7 @@ def stage_matrix(act: LegForces, time: float, at: NodeState, own: float) -> LowR
     one = sparse.identity(len(at.x), format="csc")
     matrix = sparse.csc_matrix(one - own * own * by_x - own * by_v)
     inverse = np.repeat(act.forces.links.inverse, 3)
-    return LowRankFactor(matrix, own * own * inverse[:, None] * wide, wide)
+    return LowRankFactor(SparseFactor(matrix), own * own * inverse[:, None] * wide, wide)
 
 
 def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatrices:
