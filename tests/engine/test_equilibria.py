@@ -202,6 +202,28 @@ def test_springs_rupture_when_their_tension_reaches_the_strength():
     assert torn[0] == pytest.approx(0.75, abs=2e-6)
 
 
+def test_any_number_of_ruptures_in_succession_is_closed_in_on():
+    """Steps that only close in on them are not lost equilibria, which end a run."""
+    count, line = 14, table([0.0, 1.0], [0.0, 1.0])
+    times = 0.5 + 1.5e-3 * np.arange(count)
+    place = [(0.01 * k, 0.01 * row, 0.0) for row in range(count) for k in range(3)]
+    ends = [(3 * row + k, 3 * row + k + 1) for row in range(count) for k in range(2)]
+    strength = np.full((count, 2), np.inf)
+    strength[:, 0] = 40.0 * 0.01 * times  # each spring has half of 2 cm in 1 s
+    network = make_net(place, ends, stiffness=40.0, mass=0.01, strength=strength.ravel())
+    sides = {"nails": range(0, 3 * count, 3), "hands": range(2, 3 * count, 3)}
+    groups = {name: list(nodes) for name, nodes in sides.items()}
+    moved = event(0.0, "move hands", groups, by=(0.02, 0, 0), using=(line,), duration=1.0)
+    plan = make_plan(
+        network, 1.0, [event(0.0, "fix nails", groups), moved], integrator=EQUILIBRIUM,
+        tolerance=None, step=0.05,
+    )  # fmt: skip
+    outcome, _ = carry_out(network, plan)
+    assert outcome.kind == "done"
+    torn = [t for t, h in outcome.logged_events if h.kind == "rupture"]
+    assert torn == pytest.approx(times, abs=2e-6)
+
+
 def test_conditions_are_closed_in_on():
     def stretched(snapshot):
         return snapshot.position[3, 0] > 0.0399

@@ -44,9 +44,9 @@ SMOOTH = 0.1  # of what a step may differ by: below, the next one is longer
 LONGER = 8.0  # times as long, at most
 NOISE = 1e2  # times the rounding of the energy: smaller differences count as zero
 FINEST = 1e-6  # of the duration: steps that are not divided any more
-NEARLY = 1.5  # times that: steps that are as short but for rounding
+NEARLY = 1.5  # times that: steps up to this are as short, since times are rounded
 MOST_REMARKS = 8
-# Steps that are rejected, in each part of the duration: about five jumps are closed in on.
+# Equilibria that are lost, in each part of the duration: about five jumps are closed in on.
 MOST_REJECTED, PARTS = 120, 20
 
 
@@ -83,7 +83,7 @@ class Equilibria(QuasiStatic):
     _before: Floats | None = None  # positions in the equilibrium before this one [m]
     _span = 0.0  # time between both [s]
     _seen: Look | None = None  # of this equilibrium
-    _part = 0, 0  # number of the present part of the duration, and steps rejected until then
+    _part = 0, 0  # number of the present part of the duration, and equilibria lost in it
 
     def restart(self, state: State) -> None:
         """Take over a state; see ``Engine.restart``."""
@@ -155,10 +155,10 @@ class Equilibria(QuasiStatic):
             state.position[:], state.velocity[:] = position, velocity
             self._rejected += 1
             self._seen = before
-            if self._strays(start):
-                node = None if attempt.failure is None else attempt.failure.node
-                return Interruption("stuck", start, node=node, message=_often(state))
             if attempt.failure is not None or jumps:
+                if self._strays(start):
+                    node = None if attempt.failure is None else attempt.failure.node
+                    return Interruption("stuck", start, node=node, message=_often(state))
                 self._size, self._waits = 0.5 * span, True
                 self._doubtful = target, abs(attempt.lost)
             else:
@@ -222,11 +222,11 @@ class Equilibria(QuasiStatic):
         return allowed + NOISE * rounding
 
     def _strays(self, time: float) -> bool:
-        """Return whether so many steps were rejected since a time [s] that the run ends."""
+        """Count an equilibrium lost after a time [s]; return whether that ends the run."""
         part = int(PARTS * time / self.method.duration)
-        if part > self._part[0]:
-            self._part = part, self._rejected
-        return self._rejected - self._part[1] > MOST_REJECTED
+        number, lost = self._part
+        self._part = part, lost + 1 if part == number else 1
+        return self._part[1] > MOST_REJECTED
 
     def _bends(self, target: float, lost: float) -> bool:
         """Return whether a step differs because forces begin to grow in it, and only little.
@@ -292,9 +292,9 @@ def _limit(state: State) -> str:
 def _often(state: State) -> str:
     """Return a sentence about a net whose equilibria jump again and again."""
     return (
-        f"equilibria near the previous ones were lost {MOST_REJECTED} times in the last steps"
-        f"{under(state)}: the net folds or snaps again and again; end the run before, use "
-        "smaller cells, or use a dynamic method"
+        f"the path of equilibria was lost {MOST_REJECTED} times within "
+        f"{100 / PARTS:g} % of the duration{under(state)}: the net folds or snaps again and "
+        "again; end the run earlier, use smaller cells, or use a dynamic method"
     )
 
 

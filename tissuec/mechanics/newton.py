@@ -43,10 +43,10 @@ STIFFER = (1e-7, 1e-5, 1e-3)
 ROUNDS = 200
 HALVINGS = 30
 LEAVES = 2  # rounds in succession after which forces have grown: x leaves what was near
-ROUGH, FINE = 0.1, 1e-3  # of forces: what a step leaves at most, where it is not exact
+ROUGH, FINE = 0.1, 1e-3  # of forces: what a step that is not solved exactly leaves at most
 CHORD = 0.3  # of the largest force: what a step with the last K leaves at most
 CHORDS = 3  # steps with the last K that polish
-STAYS = 1e-6  # of the net: a step that leaves K as it is, and so its stability
+STAYS = 1e-6  # of the size of the net: steps that are too short to change K and its stability
 # Where loads are lost in rounding: residual forces of a piece over its loads; further rounds.
 FAINT, FURTHER = 1e-2, 10
 # Plain steps to an unstable equilibrium at most, and in succession without half the force.
@@ -115,9 +115,8 @@ def descend(
         give_way()
         bars = balance.bars(x)
         force = balance.force(bars)
-        neutral = NeutralMotions.of(balance, x)
-        if balance.holds_slides:
-            force = neutral.balanced(force)
+        neutral = NeutralMotions.of(balance, x) if balance.holds_slides else None
+        force = neutral.balanced(force) if neutral else force
         left, enough = greatest(force), allowed(balance, bars)
         if left <= enough:
             if not further or lost_in_rounding(balance, bars, force) is None:
@@ -133,6 +132,7 @@ def descend(
             continue
         bars = balance.bars(x)
         matrices = (True, False) if near or hopes else (False,)
+        neutral = neutral or NeutralMotions.of(balance, x)
         made = tangent_at(balance, bars, neutral, force, precision, matrices=matrices)
         if made is None:
             break
@@ -189,9 +189,9 @@ class _Progress:
 
 
 def _precision(left: float, before: float, enough: float) -> float:
-    """Return what part of the forces a step may leave, where it is not exact.
+    """Return the part of the forces that a step may leave, where it is not solved exactly.
 
-    It is as exact as the last one has shown that forces fall (S. C. Eisenstat, H. F. Walker,
+    A step is solved as exactly as the last one made forces fall (S. C. Eisenstat, H. F. Walker,
     SIAM J. Sci. Comput. 17:16, 1996, choice 2).
 
     Args:
@@ -326,12 +326,12 @@ def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Reached:
     is_firm = inverse is not None
     if inverse is not None:
         tangent = Tangent(inverse, neutral, is_exact=True)
+        step = tangent.step(force, FINE)
     else:
         made = tangent_at(balance, bars, neutral, force, FINE, matrices=(True, False))
-        tangent = made and made[0]
+        tangent, step = made or (None, None)
     start = x
-    for _ in range(CHORDS):
-        step = tangent and tangent.step(force, FINE)
+    for further in reversed(range(CHORDS)):
         if tangent is None or step is None:
             break
         there = x + step
@@ -339,8 +339,9 @@ def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Reached:
         if not greatest(after) < greatest(force):
             break
         x, force = there, after
-        if not tangent.inverse.repeats:
+        if not (further and tangent.inverse.repeats):
             break
+        step = tangent.step(force, FINE)
     stays = greatest(x - start) <= STAYS * float(np.ptp(x, axis=0).max(initial=0.0))
     return Reached(x, is_balanced=True, is_firm=is_firm and stays)
 

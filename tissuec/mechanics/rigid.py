@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
 
+from tissuec.core import arrays
 from tissuec.core.structs import replace
 from tissuec.mechanics.balance import Balance
-from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
 
 INDEPENDENT = 1e-6  # singular values below it, of twists in units of the piece, are zero
@@ -105,8 +105,7 @@ def pieces(balance: Balance, *, lone: bool = False) -> tuple[RigidPiece, ...]:
         lone: Whether a node without springs that act is a piece, too.
     """
     free, outer = balance.springs.ends >= 0, balance.springs.outer_ends
-    inner = free.all(axis=1)
-    labels = topology.pieces(len(balance.free), balance.springs.ends[inner])
+    inner, labels = free.all(axis=1), balance.labels
     to_anchor = free.any(axis=1) & ~inner
     beside = labels[balance.springs.ends[to_anchor].max(axis=1)]
     anchors = outer[to_anchor][~free[to_anchor]]
@@ -299,7 +298,7 @@ def _freedom(
         anchors[0] if len(anchors) else None,
         turning.U[:, is_axis],
         within,
-        _orthonormal(_velocities(x) @ twists, np.repeat(mass, 3)),
+        _orthonormal(arrays.rigid_motions(x).reshape(-1, 6) @ twists, np.repeat(mass, 3)),
     )
 
 
@@ -309,15 +308,15 @@ def _neutral_twists(x: Floats, anchors: Floats, off: Floats, load: Floats) -> Fl
     # A single node has no size: its anchors say what is far.
     sizes = (float(np.abs(part - middle).max(initial=0.0)) for part in (x, anchors))
     size = next(filter(None, sizes), 1.0)
-    stays = _velocities((anchors - middle) / size)
+    stays = arrays.rigid_motions((anchors - middle) / size).reshape(-1, 6)
     if len(mirrored := np.flatnonzero(off.any(axis=(1, 2)))):
-        moves = _velocities((x[mirrored] - middle) / size).reshape(-1, 3, 6)
+        moves = arrays.rigid_motions((x[mirrored] - middle) / size)
         stays = np.concatenate([stays, (off[mirrored] @ moves).reshape(-1, 6)])
     twists = _null_space(stays, INDEPENDENT)
     if not twists.shape[1]:
         return twists
     # What does not move the piece is no motion of it, such as a turn about its own line.
-    moves = _velocities((x - middle) / size) @ twists
+    moves = arrays.rigid_motions((x - middle) / size).reshape(-1, 6) @ twists
     _, sizes, kept = np.linalg.svd(moves, full_matrices=False)
     twists = twists @ kept[sizes > INDEPENDENT * np.sqrt(len(x))].T
     limit = NEUTRAL * float(np.abs(load).sum())
@@ -328,7 +327,7 @@ def _neutral_twists(x: Floats, anchors: Floats, off: Floats, load: Floats) -> Fl
 
 def _free_of_work(twists: Floats, load: Floats, x: Floats, limit: float) -> Floats:
     """Return the combinations of twists along which loads do no work, shape (twist, motion)."""
-    moves = np.einsum("nkt,nk->t", (_velocities(x) @ twists).reshape(len(x), 3, -1), load)
+    moves = np.einsum("nkt,nk->t", arrays.rigid_motions(x) @ twists, load)
     shift, turn = twists[:3], twists[3:]
     total, moment = load.sum(axis=0), np.einsum("ni,nj->ij", load, x)
     # Of the work along each twist (column), by moving along each other one first (row).
@@ -336,14 +335,6 @@ def _free_of_work(twists: Floats, load: Floats, x: Floats, limit: float) -> Floa
     second += shift.T @ np.cross(total, turn.T).T
     second = np.vstack((second, moves))
     return _null_space(second / limit, 1.0)
-
-
-def _velocities(x: Floats) -> Floats:
-    """Return the velocities of points by unit twists, shape (3 point, 6)."""
-    rows = np.zeros((len(x), 3, 6))
-    rows[:, :, :3] = np.eye(3)
-    rows[:, :, 3:] = np.cross(np.eye(3), x[:, None, :]).transpose(0, 2, 1)
-    return rows.reshape(-1, 6)
 
 
 def _null_space(matrix: Floats, limit: float) -> Floats:

@@ -19,7 +19,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import norm
-from tissuec.core.errors import counted
+from tissuec.core.errors import counted, shown_size
 from tissuec.core.signals import give_way
 from tissuec.core.structs import replace
 from tissuec.core.units import FORCE, show
@@ -45,16 +45,15 @@ from tissuec.model.network import Floats, Indices, Network
 SWEEPS = 500
 TURNS = 4  # of Newton's method and relaxation
 FAR, NEARBY = 100.0, 1.0  # times the size of the net: where a search ends
-# Of Newton's method from nearby: rounds, as contact makes it converge linearly; rounds in
-# succession after which forces have grown, as they do without an equilibrium ahead.
+# Of Newton's method from nearby: rounds at most, as contact makes it converge linearly, and
+# rounds in succession in which forces may grow, as they do if there is no equilibrium ahead.
 SOON, WORSE = 160, 8
 UNLOADED = 1e-12  # of the largest load: a sum of loads that is none
 EVEN = 1e-6  # of the force that presses: along what is level, rounding drives less
 LEVEL = 1e-3  # the same, with what an uneven mesh drives
 WAYS = 4  # softest motions that are looked at where an equilibrium is unstable
-SEARCHED = 600  # free nodes of nets in which that is looked for: of 16³ cells, it takes 25 s
-EVENLY = 1e-6  # of a way: its part along a motion by rounding
-GIGA = 1e9
+SEARCHED = 600  # free nodes of a net at most for this search, which takes 25 s in 16³ cells
+EVENLY = 1e-6  # of a way: a part along a motion that is no more than rounding
 LANDING = 20  # halvings of the step in which a piece that falls touches something
 
 
@@ -143,8 +142,9 @@ def _lost(balance: Balance, network: Network, x: Floats) -> tuple[Remark, ...]:
     name = next(one.name for one in network.bodies if node < one.nodes.stop)
     numbers = (
         f": they are at most {show(lost.load, FORCE)} at a node, and the rounding of places "
-        f"leaves {show(lost.left, FORCE)} there; what they move is uncertain. Use larger "
-        "loads, to which small motions are proportional, or thicker cells"
+        f"leaves residual forces of up to {show(lost.left, FORCE)}; displacements by these "
+        "loads are uncertain. Use larger loads, to which small displacements are "
+        "proportional, or thicker cells"
     )
     return (Remark(f"loads on {name} are lost in rounding", node, numbers),)
 
@@ -214,7 +214,7 @@ def _minimum(
 def _leaving(
     soft: Sequence[SoftestMotion], way: Floats
 ) -> Iterator[tuple[SoftestMotion, bool]]:
-    """Yield how a net leaves an equilibrium if it is unstable, and if nothing decides its side.
+    """Yield how a net leaves an unstable equilibrium, and whether its side is undecided.
 
     Args:
         soft: The softest motions.
@@ -394,7 +394,7 @@ def _equilibrium(
     if refused := balance.inverses.refused:
         text += (
             "; conjugate gradients do not converge, and a factor of the stiffness would take "
-            f"{refused / GIGA:.3g} GB of memory. Use larger cells, a Poisson's ratio that is "
+            f"{shown_size(int(refused))} of memory. Use larger cells, a Poisson's ratio "
             "further from 0.5, or a dynamic method"
         )
     raise Unsettled(text, int(balance.free[worst]))

@@ -263,6 +263,7 @@ class StaticModel:
         for stand in self._stands:
             ids = stand.leg.network.node_ids
             for remark in stand.remarks:
-                text = f"{remark.message}, mainly at node {ids[remark.node]}"
+                at = "" if remark.node is None else f", mainly at node {ids[remark.node]}"
+                text = f"{remark.message}{at}{remark.numbers}"
                 found.setdefault(remark.message, f"{self._where(stand)}, {text}")
         return tuple(found.values())
