@@ -149,6 +149,20 @@ def test_the_matrix_of_free_nodes_is_a_part_of_that_of_all(name):
         assert (found.toarray() == every[rows][:, rows].toarray()).all()
 
 
+@pytest.mark.parametrize("name", SHAPES)
+def test_positive_matrices_of_far_swollen_elements_have_no_negative_eigenvalue(name):
+    """The energy ln² J/2 of a volume is concave where J is more than e."""
+    made, drawn = solid(name, NeoHookean(), cells=1)
+    swollen = deformed(drawn, 5e-4) * 1.7
+    rows = len(made.nodes), 3 * made.shape.nodes, -1
+    exact, positive = (
+        made.element_matrices(swollen, exact=each).reshape(rows) for each in (True, False)
+    )
+    size = np.abs(exact).max()
+    assert np.linalg.eigvalsh(exact).min() < -1e-2 * size
+    assert np.linalg.eigvalsh(positive).min() > -1e-13 * size
+
+
 @pytest.mark.parametrize("law", LAWS[1:], ids=lambda law: type(law).__name__)
 def test_at_rest_every_law_has_the_same_matrix(law):
     matrices = []

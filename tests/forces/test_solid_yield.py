@@ -153,7 +153,7 @@ def test_stress_at_nodes_is_that_beyond_the_flow(name):
     own = made.only(np.array([3]))
     f = own.deformations(position)[0]
     pulled = -np.einsum("ax,ak->xk", forces(own, position, velocity), position)
-    half = own.recalling(velocity)._recorded("stress", position)[0]
+    half = own.recalling(velocity)._recorded("cauchy", position)[0]
     cauchy = half[:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]]
     weight = own.drawn.volume[own.row][0]
     work = np.einsum("q,qxy->xy", weight * np.linalg.det(f), cauchy)

@@ -60,7 +60,7 @@ def test_bars_are_as_stiff_as_foretold(tmp_path, cells, thick, shift, layers):
 
 
 def test_boxes_parallelograms_and_rings_are_not_reported(tmp_path):
-    """Cells around a ring taper alike: with 32 sides, it is 7 % too stiff at most."""
+    """Cells around a ring taper alike: with 32 sides, this one is 7 % too stiff."""
     bar(tmp_path, 12, 0.2, 0.0, 1)
     scene = tmp_path / "bar.tis"
     scene.write_text(TEXT.format(load=1e-6), encoding="utf-8")

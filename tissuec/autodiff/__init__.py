@@ -29,9 +29,13 @@ from tissuec.autodiff.tensors import (
     determinant,
     deviator,
     dot,
+    from_half,
+    gram,
+    inner,
     largest,
     norm,
     square,
+    symmetric,
     symmetric_part,
     trace,
 )
@@ -40,6 +44,7 @@ from tissuec.autodiff.unknowns import Least, least
 __all__ = [
     "TINY", "Angle", "Least", "Number", "Numbers", "Potential", "StatedForces", "Tensor",
     "TracingError", "Vector", "along", "cos", "cross", "determinant", "deviator", "dot", "exp",
-    "gradient", "hessian", "in_arrays", "largest", "least", "log", "maximum", "minimum", "norm",
-    "ruled", "sin", "sqrt", "square", "symmetric_part", "trace", "where",
+    "from_half", "gradient", "gram", "hessian", "in_arrays", "inner", "largest", "least", "log",
+    "maximum", "minimum", "norm", "ruled", "sin", "sqrt", "square", "symmetric",
+    "symmetric_part", "trace", "where",
 ]  # fmt: skip

@@ -27,14 +27,7 @@ from tissuec.autodiff.cells import CellKind, TracedCell
 from tissuec.autodiff.derivatives import along, changed, gradient, hessian, jacobian
 from tissuec.autodiff.graph import Graph, Number, Operand
 from tissuec.autodiff.potentials import Numbers, components, numbers_in
-from tissuec.autodiff.tensors import Tensor, dot
-
-#: Rows and columns of the numbers of a symmetric tensor, by how many directions it has.
-PLACES: Mapping[int, tuple[tuple[int, int], ...]] = {
-    3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)),
-    2: ((0, 0), (1, 1), (0, 1)),
-    1: ((0, 0),),
-}
+from tissuec.autodiff.tensors import PLACES, Tensor, dot, from_half
 
 
 class PointState(NamedTuple):
@@ -122,11 +115,8 @@ class TracedPoint:
 
     def _symmetric(self, numbers: Sequence[Number]) -> Tensor:
         """Return 1 and what is stored."""
-        place = {each: k for k, each in enumerate(self.places)}
-        every = range(self.directions)
-        return Tensor(
-            [numbers[place[min(i, j), max(i, j)]] + float(i == j) for j in every] for i in every
-        )
+        parts = zip(numbers, self.places, strict=True)
+        return from_half([each + float(i == j) for each, (i, j) in parts], self.directions)
 
     @property
     def scales(self) -> list[Number]:

@@ -1,6 +1,6 @@
 """Vectors and tensors of numbers of a graph, with the operations of mechanics."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import overload
 
 from tissuec.autodiff.functions import maximum, ruled, sqrt, where
@@ -8,6 +8,13 @@ from tissuec.autodiff.graph import Number, Operand
 
 _SWEEPS = 5  # of rotations; four leave rounding
 TINY = 1e-100  # keeps quotients by a length, and by its square, finite where it is zero
+
+#: Rows and columns of the numbers of a symmetric tensor, by how many directions it has.
+PLACES: Mapping[int, tuple[tuple[int, int], ...]] = {
+    3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)),
+    2: ((0, 0), (1, 1), (0, 1)),
+    1: ((0, 0),),
+}
 
 
 class Vector(Sequence[Number]):
@@ -152,6 +159,28 @@ def trace(a: Tensor) -> Number:
 def symmetric_part(a: Tensor) -> Tensor:
     """Return half the sum of a tensor and its transpose."""
     return 0.5 * (a + a.transposed)
+
+
+def inner(a: Tensor, b: Tensor) -> Number:
+    """Return the sum of the products of components."""
+    return dot(a.flat, b.flat)
+
+
+def symmetric(a: Tensor) -> Tensor:
+    """Return a symmetric tensor that has each number off its diagonal twice."""
+    return Tensor([a.rows[min(i, k)][max(i, k)] for k in range(3)] for i in range(3))
+
+
+def gram(a: Tensor) -> Tensor:
+    """Return aᵀ a, as of ``symmetric``."""
+    return symmetric(a.transposed @ a)
+
+
+def from_half(half: Sequence[Number], directions: int = 3) -> Tensor:
+    """Return a symmetric tensor from its numbers in the order of ``PLACES``."""
+    place = {each: k for k, each in enumerate(PLACES[directions])}
+    every = range(directions)
+    return Tensor([half[place[min(i, k), max(i, k)]] for k in every] for i in every)
 
 
 def deviator(a: Tensor) -> Tensor:

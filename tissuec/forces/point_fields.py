@@ -244,23 +244,8 @@ class PointField(ElementField, frozen=True, dict=True):
             values = own._values(position, outputs, kind)
             stored, pooled = evaluate(outputs, values)
             total = (weight * stored).sum(axis=-1)
-            if point.is_pooled:
-                total += own._of_volume(point, pooled, values)
-            found[..., part] = total + own._alone(values)
+            found[..., part] = total + own._alone(point, pooled, values)
         return found
-
-    def _of_volume(
-        self, point: TracedPoint, pooled: Floats, values: dict[str, Floats]
-    ) -> Floats:  # fmt: skip
-        """Return the energies U of elements [J], shape (…, element).
-
-        Args:
-            pooled: r of their points, shape (…, element, point).
-            values: Of inputs; those of means are set.
-        """
-        weight, volume = self.weights, self.weights.sum(axis=-1)
-        values["mean"] = ((weight * pooled).sum(axis=-1) / volume)[..., None]
-        return volume * evaluate([point.of_mean], values)[0][..., 0]
 
     @cached_property
     def _asked(self) -> list[int]:
@@ -274,11 +259,15 @@ class PointField(ElementField, frozen=True, dict=True):
         volume = self.weights.sum(axis=1)
         return lambda x: volume * measure(x)[:, 0]
 
-    def _alone(self, values: Mapping[str, Floats]) -> Floats | float:
-        """Return the energy that elements store beside their points [J], shape (…, element).
+    def _alone(
+        self, point: TracedPoint, pooled: Floats, values: dict[str, Floats]
+    ) -> Floats | float:
+        """Return the energy that elements store besides their points [J], shape (…, element).
 
         Args:
-            values: As of ``_values``, for energies.
+            point: The traced one of their kind.
+            pooled: r of their points, shape (…, element, point).
+            values: As of ``_values``, for energies; those of means are added.
         """
         return 0.0
 
@@ -761,12 +750,16 @@ class PointField(ElementField, frozen=True, dict=True):
     @property
     def _forced(self) -> tuple[SolidKind, int]:
         """Return the kind and number of points of which forces are."""
-        return self.kind, self.points
+        return self._counted(self.kind)
 
     @property
     def _stiffened(self) -> tuple[SolidKind, int]:
         """Return the kind and number of points of which matrices are."""
-        return self._present, self.points
+        return self._counted(self._present)
+
+    def _counted(self, kind: SolidKind) -> tuple[SolidKind, int]:
+        """Return the kind that kernels have for one, and how many points."""
+        return kind, self.points
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
@@ -842,9 +835,10 @@ class PointField(ElementField, frozen=True, dict=True):
             kind: Of the point; by default, the present one.
         """
         kind = kind or self._present
-        values = self._strains(position, outputs, kind)
+        values: dict[str, Floats] = {}
         for name, each in self._columns(kind).items():
             values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
+        values |= self._strains(position, outputs, kind, values)
         if kind.tensors:
             assert self.recalled is not None
             parts = [each.told(self.recalled, self.points) for each in self._stored]
@@ -854,9 +848,14 @@ class PointField(ElementField, frozen=True, dict=True):
         return values
 
     def _strains(
-        self, position: Floats, outputs: Sequence[Number], kind: SolidKind
-    ) -> dict[str, Floats]:
-        """Return inputs that are strains; see ``_values``."""
+        self, position: Floats, outputs: Sequence[Number], kind: SolidKind,
+        numbers: Mapping[str, Floats],
+    ) -> dict[str, Floats]:  # fmt: skip
+        """Return inputs that are strains; see ``_values``.
+
+        Args:
+            numbers: Of elements, by the names of inputs.
+        """
         f, width = self.deformations(position), self.directions
         return {f"f.{k}": f[..., k // width, k % width] for k in range(3 * width)}
 
@@ -872,12 +871,19 @@ class PointField(ElementField, frozen=True, dict=True):
 
     def _recorded(self, name: str, position: Floats, velocity: Floats | None = None) -> Floats:
         """Return numbers of each point in a state, shape (element, point, number)."""
-        kind, count = self._present, self.item_count
-        kernel, size = record_kernel(self.traced, kind, name, self.nodes.shape[1], self.points)
-        room = room_for((self.points, size), count)
+        kind, shape = self._present, (self.nodes.shape[1], self.points)
+        kernel, size = record_kernel(self.traced, kind, name, *shape)
+        return self._recorded_by(kernel, kind, (self.points, size), position, velocity)
+
+    def _recorded_by(
+        self, kernel: GeneratedKernel, kind: SolidKind, shape: tuple[int, ...],
+        position: Floats, velocity: Floats | None = None,
+    ) -> Floats:  # fmt: skip
+        """Return the numbers that the kernel of a kind records, shape (element, *shape)."""
+        room = room_for(shape, self.item_count)
         table = self._table(kind, self.nodes, self._slots)
         self._run(kernel, position, room, table, velocity)
-        return recorded(room, count)
+        return recorded(room, self.item_count)
 
     def _run(
         self, kernel: GeneratedKernel, position: Floats, room: Floats, table: PointTable,

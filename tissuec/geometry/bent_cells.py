@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.autodiff.points import PLACES
+from tissuec.autodiff.tensors import PLACES
 from tissuec.geometry.elements import CUBE, SHAPES
 from tissuec.model.network import Floats
 

@@ -120,11 +120,11 @@ def _of_blocks(flat: NDArray[Any], part: slice, blocks: int) -> NDArray[Any]:
     return flat.reshape(blocks, -1)[part].ravel() if blocks else flat
 
 
-def room_for(outputs: int | tuple[int, int], count: int) -> Floats:
+def room_for(outputs: int | tuple[int, ...], count: int) -> Floats:
     """Return room for the numbers of a ``record_loop``, in any unit.
 
     Args:
-        outputs: Numbers of an item; or points of an item, and numbers of each.
+        outputs: Numbers of an item; or their shape, such as of points and numbers of each.
         count: Number of items.
 
     Returns:
@@ -137,6 +137,6 @@ def room_for(outputs: int | tuple[int, int], count: int) -> Floats:
 def recorded(room: Floats, count: int) -> Floats:
     """Return the numbers in the room of a ``record_loop``, in any unit.
 
-    The shape is (item, output), or (item, point, output).
+    The shape is (item, *outputs); see ``room_for``.
     """
     return np.moveaxis(room, -1, 1).reshape(filled_count(count), *room.shape[1:-1])[:count]

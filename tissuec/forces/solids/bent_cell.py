@@ -46,7 +46,7 @@ from typing import NamedTuple
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor, Vector
 from tissuec.autodiff.graph import Operand
-from tissuec.autodiff.points import PLACES
+from tissuec.autodiff.tensors import PLACES
 from tissuec.geometry.bent_cells import ACROSS, SHARES
 
 LEAST_SQUARE = 0.16  # of |e_k|/|A_k|, so that flat cells have finite curvatures
@@ -74,9 +74,9 @@ class CurvedStrain:
         """Return tr C."""
         # Mean squares of natural coordinates are 1/3, and C has D squared twice.
         pairs = zip(self._turned, self._bends, strict=True)
-        both = sum((inner(a, b) for a, b in pairs), start=0.0)
-        linear = [2.0 * inner(self._right, each) for each in self._bends]
-        mixed = [4.0 * inner(self._turned[i], self._bends[j]) for i, j in ACROSS]
+        both = sum((autodiff.inner(a, b) for a, b in pairs), start=0.0)
+        linear = [2.0 * autodiff.inner(self._right, each) for each in self._bends]
+        mixed = [4.0 * autodiff.inner(self._turned[i], self._bends[j]) for i, j in ACROSS]
         first = autodiff.trace(self._right - self._uneven) + 2.0 / 3.0 * both
         return [first, *linear, *mixed]
 
@@ -95,27 +95,6 @@ class CurvedStrain:
     def form(self) -> list[Tensor]:
         """Return the coefficients of F (1 + D)."""
         return [self._mean, *(self._mean @ each for each in self._bends)]
-
-
-def inner(a: Tensor, b: Tensor) -> Number:
-    """Return the sum of the products of components."""
-    return autodiff.dot(a.flat, b.flat)
-
-
-def square(a: Tensor) -> Tensor:
-    """Return aᵀ a."""
-    return symmetric(a.transposed @ a)
-
-
-def symmetric(a: Tensor) -> Tensor:
-    """Return a symmetric tensor that has each number off its diagonal twice."""
-    return Tensor([a.rows[min(i, k)][max(i, k)] for k in range(3)] for i in range(3))
-
-
-def from_half(half: Sequence[Number]) -> Tensor:
-    """Return a symmetric tensor from its numbers in the order of ``PLACES``."""
-    place = {each: k for k, each in enumerate(PLACES[3])}
-    return Tensor([half[place[min(m, n), max(m, n)]] for n in range(3)] for m in range(3))
 
 
 def vectors_of(x: Sequence[Vector]) -> list[Vector]:
@@ -244,7 +223,7 @@ def bending_moduli(p: Numbers) -> tuple[Number, Number, Number]:
 
 
 class BentCell(NamedTuple):
-    """The strain of a cell, and what it stores beside its points.
+    """The strain of a cell, and what it stores besides its points.
 
     Attributes:
         bending: Its strain at points.
@@ -270,7 +249,7 @@ def strained(
     x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers,
     of_volume: Callable[[Number, Numbers], Number], *, is_viscous: bool,
 ) -> BentCell:  # fmt: skip
-    """Return the strain of a cell, and what it stores beside its points.
+    """Return the strain of a cell, and what it stores besides its points.
 
     Args:
         x, v: What ``vectors_of`` returns of places and of velocities.
@@ -291,7 +270,7 @@ def strained(
     ]
     kappa = [[*each[:2], twist] for each, twist in zip(kappa, twists, strict=True)]
     bends, uneven = _bends(kappa, lateral, c)
-    right = square(modes.mean)
+    right = autodiff.gram(modes.mean)
     bending = CurvedStrain(right, bends, uneven, modes.mean)
     ratio = 8.0 * modes.volume / c.volume
     slopes = [8.0 / c.volume * each for each in modes.slopes]
@@ -347,16 +326,16 @@ def _bends(
         ]
         out = c.lateral[6 * k : 6 * k + 6]
         halves = zip(bend, out, strict=True)
-        bends.append(from_half([a + lateral * trace * b for a, b in halves]))
+        bends.append(autodiff.from_half([a + lateral * trace * b for a, b in halves]))
         # |S|² without its trace in the plane.
         uneven = autodiff.dot(bend, [*bend[:3], *(2.0 * each for each in bend[3:])])
         uneven = (uneven - trace * trace / 6.0) / 6.0
         narrowing = [a + uneven * b for a, b in zip(narrowing, out, strict=True)]
-    return bends, from_half([each for each in narrowing if isinstance(each, Number)])
+    return bends, autodiff.from_half([each for each in narrowing if isinstance(each, Number)])
 
 
 def _skewed(modes: _Modes, c: Numbers) -> list[Number]:
-    """Return what j_k do not have: changes of the volume along ξ_k across the plane."""
+    """Return what j_k leave out: slopes of the volume along ξ_k that lie across the plane."""
     found = list[Number]()
     for k, (i, j) in enumerate(ACROSS):
         out = 8.0 / c.volume * autodiff.cross(modes.e[i], modes.e[j])

@@ -21,7 +21,8 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.autodiff import Number, Tensor, largest, maximum, sqrt
-from tissuec.autodiff.points import PLACES, TracedPoint
+from tissuec.autodiff.points import TracedPoint
+from tissuec.autodiff.tensors import PLACES
 from tissuec.model.network import Floats, Indices
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.autodiff.points import PLACES
+from tissuec.autodiff.tensors import PLACES
 from tissuec.core.structs import replace
 from tissuec.forces.effects import AbstractStruct
 from tissuec.model.network import Floats, Indices

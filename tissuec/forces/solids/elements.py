@@ -38,7 +38,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.autodiff.evaluation import evaluate
-from tissuec.autodiff.points import PLACES
+from tissuec.autodiff.points import TracedPoint
+from tissuec.autodiff.tensors import PLACES
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import numbered_laws
@@ -264,7 +265,7 @@ class SolidElements(PointField, frozen=True):
 
     def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
         """Return stress times the volumes of nodes, and these; see ``PointField``."""
-        share, half = self._shares, self._recorded("stress", position)
+        share, half = self._shares, self._recorded("cauchy", position)
         stress = np.empty((*half.shape[:2], 3, 3))
         for k, (i, j) in enumerate(PLACES[3]):
             stress[..., i, j] = stress[..., j, i] = half[..., k]
@@ -295,17 +296,45 @@ class SolidElements(PointField, frozen=True):
 
     def _volumetric(self, position: Floats, *, exact: bool) -> Floats:
         """Return the part of the matrices that changes of the pressure have [N/m]."""
-        weight, slopes = self.weights, self.steepness
+        weight, functions = self.weights, self._functions.swapaxes(1, 2)
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
-        swell = slopes @ pooling.swapaxes(-1, -2)
-        swell = np.einsum("eq,eqax->eax", weight, swell)
+        swell = weight[..., None, None] * (self.steepness @ pooling.swapaxes(-1, -2))
+        flat = swell.reshape(*swell.shape[:2], -1)
+        rise = functions @ flat / weight.sum(axis=1)[:, None, None]
         point = self.traced(self._present)
         values = self._values(position, [point.pooled, point.bend_of_mean])
         (pooled,) = evaluate([point.pooled], values)
-        values["mean"] = ((weight * pooled).sum(axis=-1) / weight.sum(axis=-1))[..., None]
-        bend = evaluate([point.bend_of_mean], values)[0][..., 0]
-        push = (bend / weight.sum(axis=-1))[:, None, None] * swell
-        return np.einsum("eax,eby->eaxby", push, swell)
+        values["mean"] = self._projected(pooled)
+        (bend,) = evaluate([point.bend_of_mean], values)
+        bend = bend if exact else np.maximum(bend, 0.0)
+        between = (functions * (weight * bend)[:, None]) @ functions.swapaxes(1, 2)
+        found = rise.swapaxes(1, 2) @ (between @ rise)
+        count = self.nodes.shape[1]
+        return found.reshape(-1, count, 3, count, 3)
+
+    # --- means --------------------------------------------------------------------------------
+
+    @property
+    def _functions(self) -> Floats:
+        """Return φ_k at points, on which the volume is projected: 1, which leaves its mean.
+
+        The shape is (element, point, function).
+        """
+        return np.ones((*self.weights.shape, 1))
+
+    def _projected(self, numbers: Floats) -> Floats:
+        """Return projections of numbers of points, of the same shape (…, element, point)."""
+        functions, weight = self._functions, self.weights
+        share = weight / weight.sum(axis=-1, keepdims=True)
+        moments = np.einsum("eqk,...eq->...ek", functions, share * numbers)
+        return np.einsum("eqk,...ek->...eq", functions, moments)
+
+    def _alone(
+        self, point: TracedPoint, pooled: Floats, values: dict[str, Floats]
+    ) -> Floats:  # fmt: skip
+        """Return the energies of volumes [J]; see ``PointField``."""
+        values["mean"] = self._projected(pooled)
+        return (self.weights * evaluate([point.of_mean], values)[0]).sum(axis=-1)
 
     # --- for the engine -----------------------------------------------------------------------
 

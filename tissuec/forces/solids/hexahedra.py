@@ -16,7 +16,6 @@ from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.cell_matrices import column_loop, strain_loop
 from tissuec.compiled.loops.point_frame import PointTable
-from tissuec.compiled.loops.tables import recorded, room_for
 from tissuec.core.structs import replace
 from tissuec.forces.matrices import BlockPattern, without_negative
 from tissuec.forces.point_fields import matrix_kernel, written
@@ -28,6 +27,8 @@ from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.model.network import Floats, Indices
 
 _ALONE = "alone"
+#: ``TERMS`` at all points, shape (point,) each.
+_TERMS = [POINTS[:, list(axes)].prod(axis=1) for axes in TERMS]
 # Of one evaluation of a box, of another one, and in addition where they are viscous.
 _BOX_SECONDS, _SECONDS, _VISCOUS_SECONDS = 1.0e-7, 1.35e-7, 1.0e-7
 
@@ -102,11 +103,12 @@ class Hexahedra(SolidElements, frozen=True):
         return flat.reshape(*flat.shape[:-1], 3, 3)
 
     def _strains(
-        self, position: Floats, outputs: Sequence[Number], kind: SolidKind
-    ) -> dict[str, Floats]:
+        self, position: Floats, outputs: Sequence[Number], kind: SolidKind,
+        numbers: Mapping[str, Floats],
+    ) -> dict[str, Floats]:  # fmt: skip
         """Return inputs of a point by name, shape (…, element, point), or (…, element, 1).
 
-        Among them is what a cell stores beside its points, ``_ALONE`` [J].
+        Among them is what a cell stores besides its points, ``_ALONE`` [J].
         """
         point = self.traced(kind)
         cell = point.cell
@@ -114,12 +116,12 @@ class Hexahedra(SolidElements, frozen=True):
         needed, begins = point.needed_by(point.graph.inputs_of(outputs)), cell.begins
         some = [q for k in needed for q in range(begins[k], begins[k + 1])]
         wanted = [*(cell.strains[q] for q in some), cell.swell, cell.energy]
-        *found, swell, alone = evaluate(wanted, self._of_cell(position))
-        terms, values = _terms(), {"swell": swell, _ALONE: alone}
+        *found, swell, alone = evaluate(wanted, self._of_cell(position) | numbers)
+        values = {"swell": swell, _ALONE: alone}
         for k in needed:
             own = [found[some.index(q)] for q in range(begins[k], begins[k + 1])]
             values[f"f.{k}"] = own[0] + sum(
-                a * b for a, b in zip(own[1:], terms[1:], strict=False)
+                a * b for a, b in zip(own[1:], _TERMS[1:], strict=False)
             )
         return values
 
@@ -132,29 +134,15 @@ class Hexahedra(SolidElements, frozen=True):
         for name, width in (BOX_WIDTHS if self.are_boxes else WIDTHS).items():
             values |= {f"c.{name}.{k}": drawn[:, first + k, None] for k in range(width)}
             first += width
-        for name, each in self._columns(self._present).items():
-            values |= {f"p.{name}.{k}": each[:, k, None] for k in range(each.shape[1])}
         return values
 
-    def _alone(self, values: Mapping[str, Floats]) -> Floats:
-        """Return the energy that cells store beside their points [J], shape (…, element)."""
+    def _alone(
+        self, point: TracedPoint, pooled: Floats, values: dict[str, Floats]
+    ) -> Floats:  # fmt: skip
+        """Return the energy that cells store besides their points [J]; see ``PointField``."""
         return np.asarray(values[_ALONE][..., 0])
 
     # --- matrices -----------------------------------------------------------------------------
-
-    def _recorded_by(
-        self,
-        kernel: GeneratedKernel,
-        kind: SolidKind,
-        rows: int,
-        position: Floats,
-        velocity: Floats | None = None,
-    ) -> Floats:
-        """Return the numbers that the kernel of a kind records, shape (element, row)."""
-        room = room_for(rows, self.item_count)
-        table = self._table(kind, self.nodes, self._slots)
-        self._run(kernel, position, room, table, velocity)
-        return recorded(room, self.item_count)
 
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
         """Return ∂²E/∂x∂x of each element; see ``PointField``.
@@ -187,8 +175,8 @@ class Hexahedra(SolidElements, frozen=True):
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
         kernel, count = column_kernel(self.traced, self._present, by), len(SHARES)
-        found = self._recorded_by(kernel, self._present, 9 * count**2, position, velocity)
-        columns = found.reshape(-1, count, 3, count, 3)
+        shape = count, 3, count, 3
+        columns = self._recorded_by(kernel, self._present, shape, position, velocity)
         return np.einsum("ewyvx,va,wb->eaxby", columns, SHARES, SHARES, optimize=True)
 
     def strain_slopes(self, position: Floats) -> Floats:
@@ -198,12 +186,12 @@ class Hexahedra(SolidElements, frozen=True):
         assert point.cell is not None
         active, begins = point.cell.active, point.cell.begins
         kernel = strain_kernel(self.traced, self.kind)
-        found = self._recorded_by(kernel, self.kind, 3 * count * len(active), position)
-        slopes = found.reshape(-1, count, 3, len(active))
+        shape = count, 3, len(active)
+        slopes = self._recorded_by(kernel, self.kind, shape, position)
         by_node = np.einsum("evxq,va->eqax", slopes, SHARES)
         to = np.zeros((8, len(point.f), len(active)))
         for k in point.active:
-            for q, term in zip(range(begins[k], begins[k + 1]), _terms(), strict=False):
+            for q, term in zip(range(begins[k], begins[k + 1]), _TERMS, strict=False):
                 to[:, k, active.index(q)] = term
         return np.einsum("pkq,eqax->epkax", to, by_node)
 
@@ -215,15 +203,10 @@ class Hexahedra(SolidElements, frozen=True):
         one = _BOX_SECONDS if self.are_boxes else _SECONDS
         return self.item_count * (one + _VISCOUS_SECONDS * self.is_damped)
 
-    @property
-    def _forced(self) -> tuple[SolidKind, int]:
-        """Return the kind and number of points of forces; see ``PointField``."""
-        return _evened(self.kind)
-
-    @property
-    def _stiffened(self) -> tuple[SolidKind, int]:
-        """Return the kind and number of points of matrices; see ``PointField``."""
-        return _evened(self._present)
+    def _counted(self, kind: SolidKind) -> tuple[SolidKind, int]:
+        """Return the kind that kernels have for one, and how many points."""
+        own = evened(kind)
+        return own, 1 if own.is_even else len(POINTS)
 
     def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
         used, row = np.unique(self.row, return_inverse=True)
@@ -237,11 +220,6 @@ class Hexahedra(SolidElements, frozen=True):
         )  # fmt: skip
 
 
-def _evened(kind: SolidKind) -> tuple[SolidKind, int]:
-    own = evened(kind)
-    return own, 1 if own.is_even else len(POINTS)
-
-
 def kind_of(shape: ElementShape) -> type[SolidElements]:
     """Return the class of elements of a shape."""
     if shape.functions > 1:
@@ -249,11 +227,6 @@ def kind_of(shape: ElementShape) -> type[SolidElements]:
 
         return QuadraticHexahedra
     return Hexahedra if shape.bends else SolidElements
-
-
-def _terms() -> list[Floats]:
-    """Return ``TERMS`` at all points, shape (point,) each."""
-    return [POINTS[:, list(axes)].prod(axis=1) for axes in TERMS]
 
 
 @cache

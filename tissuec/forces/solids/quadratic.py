@@ -24,8 +24,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from tissuec.autodiff.evaluation import evaluate
-from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.loops.point_frame import PointTable
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField
@@ -78,21 +76,10 @@ class QuadraticHexahedra(SolidElements, frozen=True):
         squares = np.einsum("rq,rqax->rax", self.drawn.volume, self.drawn.gradients**2)
         return np.sqrt((squares.max(axis=(1, 2)) / self.drawn.volume.sum(axis=1))[self.row])
 
-    # --- states -------------------------------------------------------------------------------
-
-    def _projected(self, numbers: Floats) -> Floats:
-        """Return projections of numbers of points, of the same shape (…, element, point)."""
-        linear, weight = self.linear[self.row], self.weights
-        share = weight / weight.sum(axis=-1, keepdims=True)
-        moments = np.einsum("eqk,...eq->...ek", linear, share * numbers)
-        return np.einsum("eqk,...ek->...eq", linear, moments)
-
-    def _of_volume(
-        self, point: TracedPoint, pooled: Floats, values: dict[str, Floats]
-    ) -> Floats:  # fmt: skip
-        """Return the energies of volumes [J]; see ``PointField``."""
-        values["mean"] = self._projected(pooled)
-        return (self.weights * evaluate([point.of_mean], values)[0]).sum(axis=-1)
+    @property
+    def _functions(self) -> Floats:
+        """Return φ_k at points; see ``SolidElements``."""
+        return self.linear[self.row]
 
     # --- matrices -----------------------------------------------------------------------------
 
@@ -101,25 +88,6 @@ class QuadraticHexahedra(SolidElements, frozen=True):
     ) -> "csc_matrix":
         """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size); see ``Effect``."""
         return ElementField.matrix(self, time, position, number, size, exact=exact)
-
-    def _volumetric(self, position: Floats, *, exact: bool) -> Floats:
-        """Return the part of the matrices that changes of the pressure have [N/m]."""
-        weight, linear = self.weights, self.linear[self.row]
-        volume = weight.sum(axis=1)[:, None, None]
-        pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
-        swell = weight[..., None, None] * (self.steepness @ pooling.swapaxes(-1, -2))
-        flat = swell.reshape(*swell.shape[:2], -1)
-        rise = linear.swapaxes(1, 2) @ flat / volume
-        point = self.traced(self._present)
-        values = self._values(position, [point.pooled, point.bend_of_mean])
-        (pooled,) = evaluate([point.pooled], values)
-        values["mean"] = self._projected(pooled)
-        (bend,) = evaluate([point.bend_of_mean], values)
-        bend = bend if exact else np.maximum(bend, 0.0)
-        between = linear.swapaxes(1, 2) @ ((weight * bend)[..., None] * linear)
-        found = rise.swapaxes(1, 2) @ (between @ rise)
-        count = self.nodes.shape[1]
-        return found.reshape(-1, count, 3, count, 3)
 
     # --- for the engine -----------------------------------------------------------------------
 

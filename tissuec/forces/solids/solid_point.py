@@ -52,14 +52,14 @@ from typing import Any, NamedTuple
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor, Vector
 from tissuec.autodiff.cells import CellKind, CellState
-from tissuec.autodiff.points import PLACES, PointState, TracedPoint
+from tissuec.autodiff.points import PointState, TracedPoint
+from tissuec.autodiff.tensors import PLACES
 from tissuec.forces.solids import bent_cell
 from tissuec.forces.solids.isochoric import LEAST, falling, folded, isochoric, paired
 from tissuec.geometry.bent_cells import BOX_WIDTHS, WIDTHS
-from tissuec.laws.derivatives import energy
+from tissuec.laws.derivatives import by_first, energy
 from tissuec.laws.formula import Formula, variables
 from tissuec.laws.solid import I2, SolidLaw
-from tissuec.laws.solid.invariants import CoupledNeoHookean, NeoHookean
 from tissuec.laws.solid.volume import volume_energies
 from tissuec.laws.solid_constants import constant_name
 from tissuec.laws.tracing import traced
@@ -127,15 +127,16 @@ class SolidKind(NamedTuple):
         return found
 
 
-#: Laws whose energy is linear in C, but for its determinant.
-_LINEAR = (NeoHookean, CoupledNeoHookean)
-
-
 def evened(kind: SolidKind) -> SolidKind:
     """Return the kind of hexahedra with a single point, if energies depend on the mean of C."""
-    is_plain = all(isinstance(law, _LINEAR) for law in kind.laws)
+    is_plain = all(map(_is_linear, kind.laws))
     has_more = kind.families or kind.tensors or kind.is_viscous
     return kind._replace(is_even=kind.is_bent and is_plain and not has_more)
+
+
+def _is_linear(law: SolidLaw) -> bool:
+    """Return whether the energy of a law is linear in C, but for its determinant."""
+    return I2.name not in variables(energy(law)) and not variables(by_first(law))
 
 
 @cache
@@ -143,7 +144,7 @@ def traced_point(kind: SolidKind) -> TracedPoint:
     """Return a point of elements; tensors are Cp where any yields, and then Ci of branches."""
 
     def point(f: Tensor, rate: Tensor, tensors: Sequence[Tensor], p: Numbers) -> PointState:
-        strain = _Strain(bent_cell.square(f), autodiff.determinant(f), f, rate)
+        strain = _Strain(autodiff.gram(f), autodiff.determinant(f), f, rate)
         return _point(kind, strain.stretched(kind, p), tensors, p)
 
     def bent(
@@ -153,6 +154,8 @@ def traced_point(kind: SolidKind) -> TracedPoint:
         found = _point(kind, short, tensors, p)
         if kind.is_even:
             return found._replace(seen={})
+        if whole is short:
+            return found
         return found._replace(seen=_point(kind, whole, tensors, p).seen)
 
     def of_volume(ratio: Number, p: Numbers) -> Number:
@@ -197,14 +200,14 @@ class _Strain(NamedTuple):
             return self
         more = Tensor(p.stretch[k : k + 3] for k in (0, 3, 6))
         j = self.j * autodiff.determinant(more)
-        right = bent_cell.symmetric(more.transposed @ self.right @ more)
+        right = autodiff.symmetric(more.transposed @ self.right @ more)
         return _Strain(right, j, self.f @ more, self.rate @ more)
 
 
 def _strains_of(kind: SolidKind, cell: bent_cell.BentCell, p: Numbers) -> list[list[Number]]:
     """Return the coefficients of tr C, of squares of stretches, of C, J and F (1 + D)."""
     bending, j, ways = cell.bending, autodiff.determinant(cell.mean), _ways(kind, p)
-    form, right = bending.form, [bent_cell.symmetric(each) for each in bending.right]
+    form, right = bending.form, [autodiff.symmetric(each) for each in bending.right]
     drawn, trace = right, bending.trace  # with fewer operations than from C
     if kind.families:
         trace = list(map(autodiff.trace, right))
@@ -213,7 +216,7 @@ def _strains_of(kind: SolidKind, cell: bent_cell.BentCell, p: Numbers) -> list[l
         form, j = [each @ more for each in form], j * autodiff.determinant(more)
         right = [more.transposed @ each @ more for each in drawn]
         wide, ways = more @ more.transposed, [more.of(way) for way in ways]
-        trace = [bent_cell.inner(each, wide) for each in drawn]
+        trace = [autodiff.inner(each, wide) for each in drawn]
     squares = [[autodiff.dot(way, each.of(way)) for each in drawn] for way in ways]
     found = [
         trace, *squares,
@@ -234,7 +237,7 @@ def _bent_strains(
     form, moving = (
         Tensor(each[first + k : first + k + 3] for k in (7, 10, 13)) for each in (f, rate)
     )
-    whole = _Strain(bent_cell.from_half(f[first : first + 6]), f[first + 6], form, moving)
+    whole = _Strain(autodiff.from_half(f[first : first + 6]), f[first + 6], form, moving)
     by_trace = (I2.name not in variables(energy(law)) for law in kind.laws)
     if kind.tensors or not all(by_trace):
         return whole, whole
@@ -268,7 +271,7 @@ def _point(
     if kind.is_bent and branches:
         shrink = falling(autodiff.determinant(right), 1, LEAST**2)
     turned = shrink * right
-    held = [bent_cell.inner(turned, _unimodular_inverse(tensor)) + fold for tensor in branches]
+    held = [autodiff.inner(turned, _unimodular_inverse(tensor)) + fold for tensor in branches]
     flows = in_series(kind, g, (first, second), held, p)
     stored = in_parallel(kind, flows, g * i1 + fold, j, squares, p)
     loss: Number | float = 0.0
@@ -283,7 +286,7 @@ def _point(
         "isochoric": [turned.rows[i][k] for i, k in PLACES[3]],
         "deformation": f.flat,
         "kirchhoff": kirchhoff,
-        "stress": [each / autodiff.maximum(j, LEAST) for each in kirchhoff],
+        "cauchy": [each / autodiff.maximum(j, LEAST) for each in kirchhoff],
     }
     return PointState(stored, loss, 0.0 if kind.is_bent else j, rates, seen)
 
@@ -344,11 +347,8 @@ def _kirchhoff(stored: Number, strain: _Strain) -> list[Number]:
 def _stress(stored: Number, right: Tensor, *fixed: Number) -> Tensor:
     """Return S = 2 ∂W/∂C [Pa], of a C that has each number off its diagonal twice."""
     by = autodiff.gradient(stored, [right.rows[i][k] for i, k in PLACES[3]], fixed)
-    place = {each: k for k, each in enumerate(PLACES[3])}
-    return Tensor(
-        [(2.0 if i == k else 1.0) * by[place[min(i, k), max(i, k)]] for k in range(3)]
-        for i in range(3)
-    )
+    parts = zip(by, PLACES[3], strict=True)
+    return autodiff.from_half([(2.0 if i == k else 1.0) * each for each, (i, k) in parts])
 
 
 def _rates(
@@ -364,12 +364,12 @@ def _rates(
     """
     found: list[Tensor] = []
     for k, tensor in enumerate(branches):
-        third = bent_cell.inner(right, _unimodular_inverse(tensor)) / 3.0
+        third = autodiff.inner(right, _unimodular_inverse(tensor)) / 3.0
         found.append(one_of(p.branch_pace, k) * (right - third * tensor))
     if not kind.is_yielding:
         return found
     driving = autodiff.deviator(_stress(flows, whole) @ whole)
-    pace = pace_of_flow(bent_cell.inner(driving, driving.transposed), p)
+    pace = pace_of_flow(autodiff.inner(driving, driving.transposed), p)
     return carried(pace, driving, [*plastic, *branches], found)
 
 
@@ -456,7 +456,7 @@ def _of_volume(kind: SolidKind, j: Number, p: Numbers) -> list[Number]:
 
 
 def _chosen(kind: SolidKind, of: Callable[[SolidLaw], Number], p: Numbers) -> Number:
-    """Return what follows from the law of an element."""
+    """Return what is evaluated for each law, of the law that the element follows."""
     laws, each = kind.laws, [of(law) for law in kind.laws]
     found = each[0]
     for number, other in enumerate(each[1:], start=1):

@@ -46,7 +46,8 @@ from typing import NamedTuple
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor, Vector
-from tissuec.autodiff.points import PLACES, PointState, TracedPoint
+from tissuec.autodiff.points import PointState, TracedPoint
+from tissuec.autodiff.tensors import PLACES
 from tissuec.forces.solids.element_memory import FLAT
 from tissuec.forces.solids.solid_point import (
     SolidKind,
