@@ -56,14 +56,15 @@ class _Describing(pickle.Pickler):
     """Pickles values of classes of this package, and no others."""
 
     def reducer_override(self, obj: Any) -> Any:
-        """Raise PicklingError for what other packages define."""
+        """Raise PicklingError for what other packages define, and for graphs, which grow."""
         own = obj if isinstance(obj, type) or hasattr(obj, "__qualname__") else type(obj)
-        if own.__module__.split(".")[0] not in _KNOWN:
+        if own.__module__.split(".")[0] not in _KNOWN or own.__module__ == _GRAPHS:
             raise pickle.PicklingError(own.__module__)
         return NotImplemented
 
 
 _KNOWN = ("tissuec", "builtins", "functools", "msgspec")
+_GRAPHS = "tissuec.autodiff.graph"
 
 
 def _described(write: "Callable[[str], LoopText]") -> bytes | None:
@@ -76,21 +77,24 @@ def _described(write: "Callable[[str], LoopText]") -> bytes | None:
         return None
     found = BytesIO()
     try:
-        _Describing(found).dump(write)
-    except (pickle.PicklingError, AttributeError, TypeError):
+        pickler = _Describing(found)
+        pickler.fast = True  # no memo, so that it does not count which parts are one object
+        pickler.dump(write)
+    # What contains itself is a ValueError or a RecursionError, by its depth.
+    except (pickle.PicklingError, AttributeError, TypeError, ValueError, RecursionError):
         return None
     return found.getvalue() + _state_of_files()
 
 
 @cache
 def _state_of_files() -> bytes:
-    """Return bytes that change with any file on which texts of functions depend."""
+    """Return bytes that change with any file that the texts of functions depend on."""
     every = sorted(path for name in _FOLDERS for path in (PACKAGE / name).rglob("*.py"))
     states = ((path.name, (own := path.stat()).st_mtime_ns, own.st_size) for path in every)
     return hashlib.sha256(repr(list(states)).encode()).digest()
 
 
-_FOLDERS = ("autodiff", "compiled", "forces", "geometry", "laws")
+_FOLDERS = ("autodiff", "compiled", "core", "forces", "geometry", "laws", "model")
 
 
 def linked_code(name: str, found: "LoopText") -> Any:
