@@ -1,7 +1,8 @@
-"""``tissuec validate --mesh``: what finer meshes say about the error of a mesh."""
+"""``tissuec validate SCENE --mesh``: what finer meshes say about the error of a mesh."""
 
 import json
 
+import click
 import numpy as np
 import pytest
 
@@ -125,6 +126,12 @@ def test_command_reports_the_meshes_and_the_estimate(call):  # noqa: F811
     document = json.loads(call(BEAM.replace("SELECTED", BY_PLACE), "--mesh", "--json")[1])
     assert [one["elements"] for one in document["meshes"]] == [32, 256]
     assert document["quantities"][0]["name"] == "displacement"
+
+
+@pytest.mark.parametrize("option", [("--method", "DOP853"), ("--rtol", "1e-8")])
+def test_options_of_another_solver_are_refused_beside_meshes(call, option):  # noqa: F811
+    with pytest.raises(click.UsageError, match="which --mesh does not need"):
+        call(BEAM.replace("SELECTED", BY_PLACE), "--mesh", *option)
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,8 @@ METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 @click.option(
     "--method",
     type=click.Choice(METHODS, case_sensitive=False),
-    default="DOP853",
-    show_default=True,
-    help="SciPy's solver; Radau, BDF and LSODA suit stiff and strongly damped scenes.",
+    help=f"SciPy's solver, {METHODS[0]} by default; Radau, BDF and LSODA suit stiff and "
+    "strongly damped scenes.",
 )
 @click.option(
     "--rtol",
@@ -46,7 +45,7 @@ METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 def command(
     settings: Settings,
     scene: Path,
-    method: str,
+    method: str | None,
     rtol: float | None,
     halvings: int | None,
     given: SceneOptions,
@@ -58,16 +57,22 @@ def command(
 
     No file is written. A second SciPy solution checks the first. Exit code: 0 errors are within
     their limits, or a fixed step has none; 1 they exceed them, or SciPy's solution is not
-    accurate enough to decide; 2 the text is wrong; 3 the run could not continue.
+    accurate enough to decide; 2 the text is wrong; 3 the run could not continue. With --mesh,
+    errors have no limits: it is 0 as soon as all runs are done, and otherwise 2 or 3.
     """
     from tissuec.pipeline import compile_request
     from tissuec.validate.report import validation_report
 
     if halvings is not None:
+        if method is not None or rtol is not None:
+            raise click.UsageError(
+                "--method and --rtol are for SciPy's solution, which --mesh does not need: "
+                "leave them out, or --mesh"
+            )
         return _refined(settings, scene, halvings, given)
     compiled, warnings = compile_request(given.request(scene))
     facts = {"scene": str(scene), "diagnostics": settings.warn(warnings)}
-    return validation_report(validated(compiled, method, rtol, settings), facts)
+    return validation_report(validated(compiled, method or METHODS[0], rtol, settings), facts)
 
 
 def _refined(settings: Settings, scene: Path, halvings: int, given: SceneOptions) -> Report:

@@ -103,7 +103,7 @@ def _said(
         if promise.logs:
             yield Fact("accuracy of logs in time", promise.sentence_on_logs)
     if network.size.elements:
-        yield Fact("mesh", "not checked; tissuec validate --mesh estimates its error")
+        yield Fact("mesh", "not checked; tissuec validate SCENE --mesh estimates its error")
     yield Fact("result", str(result.path))
     yield from (Fact(f"surface of {name}", str(view)) for name, view in result.views.items())
     if result.blocks is not None:
