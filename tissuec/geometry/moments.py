@@ -3,9 +3,10 @@
     V = ∫ dV,    s = ∫ x dV,    S = ∫ x ⊗ x dV
 
 are integrals of polynomials of natural coordinates: x is that of the functions of nodes, and dV
-is det ∂x/∂ξ dξ. The points of ``_RULES`` integrate them to rounding, whatever the corners of
-hexahedra and wedges, and in tetrahedra with straight edges (products of Gauss's rules; P. J.
-Davis, P. Rabinowitz, Methods of Numerical Integration, 2nd edition, 1984).
+is det ∂x/∂ξ dξ. The points of ``_RULES`` integrate them to rounding, whatever the corners, but
+for tetrahedra and hexahedra with curved edges, whose polynomials have a higher degree (products
+of Gauss's rules; P. J. Davis, P. Rabinowitz, Methods of Numerical Integration, 2nd edition,
+1984).
 """
 
 from typing import NamedTuple

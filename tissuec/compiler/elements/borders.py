@@ -74,7 +74,7 @@ def at_borders(body: Body, mesh: Mesh, scope: Scope) -> Mesh:
         return mesh
     position = with_middles_between(mesh, position)
     volume = None if mesh.volume is None else volumes_of_nodes(position, mesh.elements)
-    return replace(mesh, position=position, volume=volume)
+    return replace(mesh, position=position, volume=volume, on_shape=None)
 
 
 def _compared(condition: s.Expression) -> Iterator[Sides]:
