@@ -45,6 +45,7 @@ from tissuec.kernels.records import (
     OUTSIZE,
     PAUSED,
     REACHED,
+    ROAMED,
     STRAYED,
     SURPASSED,
     VIEWED,
@@ -76,7 +77,8 @@ class Engine:
     Attributes:
         stepper: What it steps, and calls the loop over steps on.
         follow: Called with a time [s] and the positions of all nodes [m], shape (node, 3),
-            between two steps, as soon as nodes in contact may have met others.
+            between two steps, as soon as nodes in contact may have met others, or nodes have
+            moved by the distance that it returned before [m].
         remarks: Nothing; see ``QuasiStatic``.
     """
 
@@ -431,9 +433,8 @@ class Engine:
         if reason == FULL:
             stepper.synchronise(state)
             stepper.flush()
-        elif reason == STRAYED and stepper.list_anew():
-            position = stepper.inputs.positions(stepper.work.x[stepper.progress.current])
-            self.follow(stepper.progress.time, position)
+        elif reason == ROAMED or (reason == STRAYED and stepper.list_anew()):
+            stepper.show(self.follow)
         elif reason == OUTSIZE and failures.is_flight(
             stepper.work, stepper.progress, stepper.inputs
         ):

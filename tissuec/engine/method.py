@@ -12,7 +12,7 @@ from tissuec.script.procedures import Choices
 #: Given the time [s], returns whether to return between two steps.
 Pause = Callable[[float], bool]
 #: Takes a time [s] and the positions of all nodes [m], shape (node, 3).
-Follow = Callable[[float, Floats], None]
+Follow = Callable[[float, Floats], float]
 Kind = Literal["reached", "paused", "viewed", "ruptured", "triggered", "diverged", "stuck"]
 
 
@@ -56,13 +56,14 @@ class Samples(NamedTuple):
     reach: Floats  # largest displacement of a node in the steps before [m], shape (sample,)
 
 
-def unfollowed(time: float, position: Floats) -> None:
-    """Ignore a state at a time [s].
+def unfollowed(time: float, position: Floats) -> float:
+    """Ignore a state at a time [s], and all others: return infinity.
 
     Args:
         time: [s].
         position: Of all nodes [m], shape (node, 3).
     """
+    return np.inf
 
 
 def _no_springs() -> Indices:

@@ -86,6 +86,7 @@ def _of_nodes(rows: int, network: Network, places: int) -> dict[str, Floats]:
         "v": aligned_zeros(2, size),
         "a": aligned_zeros(2, size),
         "origin": aligned_zeros(size),
+        "drift": aligned_zeros(size),
         "rows": aligned_zeros(rows, size),
         "trial_x": aligned_zeros(size),
         "trial_v": aligned_zeros(size),
@@ -101,8 +102,8 @@ def moved_work(work: Work, network: Network, places: int, **vectors: Floats) -> 
     Args:
         work: As it was.
         places: How many there are.
-        vectors: ``x`` [m], ``v`` [m/s], ``a`` [m/s²] and ``origin`` [m] by their new places,
-            shape (3 place,).
+        vectors: ``x`` [m], ``v`` [m/s], ``a`` [m/s²], ``origin`` [m] and ``drift`` [m/s] by
+            their new places, shape (3 place,).
     """
     made = _of_nodes(len(work.rows), network, places)
     for name, vector in vectors.items():
@@ -123,6 +124,8 @@ def new_progress(time: float) -> Progress:
         displacement_before=0.0,
         speed=0.0,
         speed_before=0.0,
+        speed_now=0.0,
+        leeway=0.0,
         current=0,
         pending=0,
         prepared=0,

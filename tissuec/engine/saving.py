@@ -26,6 +26,7 @@ def saved_engine(stepper: Stepper, control: MethodControl) -> dict[str, Any]:
         "stretch": stepper.inputs.start,
         "acceleration": stepper.inputs.outwards(work.a[now.current]),
         "origin": stepper.inputs.positions(work.origin),
+        "drift": stepper.inputs.outwards(work.drift),
         "ledger": work.ledger[now.current].copy(),
         "power": work.power[1].copy(),
         "trend": work.trend.copy(),
@@ -106,5 +107,6 @@ def _restore_arrays(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> 
     work.a[0] = inwards(np.asarray(kept["acceleration"]))
     work.v[0] = inwards(state.velocity)
     work.origin[:] = inwards(np.asarray(kept["origin"]))
+    work.drift[:] = inwards(np.asarray(kept["drift"]))
     work.ledger[0], work.power[1] = kept["ledger"], kept["power"]
     work.trend[:], work.rate[0] = kept["trend"], kept["rate"]

@@ -21,7 +21,7 @@ Shared arguments:
     buffer: Samples that are not handed over yet.
 """
 
-from math import isfinite, nan
+from math import inf, isfinite, nan
 
 from tissuec.engine.integrators.constant_steps import AFTER_REJECTION
 from tissuec.engine.integrators.verlet import (
@@ -53,6 +53,7 @@ from tissuec.kernels.records import (
     OUTSIZE,
     PAUSED,
     REACHED,
+    ROAMED,
     STRAYED,
     SURPASSED,
     UNDERFLOW,
@@ -129,6 +130,8 @@ def hindrance(now: Progress, task: Task, work: Work, buffer: Buffer) -> int:
     if 2 * now.filled >= buffer.time.size:
         # Emptied between steps, where a run can be resumed, rather than within one.
         return FULL
+    if now.leeway < 0.0:
+        return ROAMED
     return PAUSED if work.effort[0] >= task.evaluations else NO_REASON
 
 
@@ -148,6 +151,8 @@ def make_step(now: Progress, task: Task, work: Work, net: Net) -> Trial:
             work.effort[0] = evaluated
         if trial.verdict == ACCEPTED:
             accept(now, trial, is_first, task, net)
+            if now.leeway < inf:
+                roam(h, now, work)
             if net.touched:
                 cut_bristles(work.v[1 - now.current], work.a[1 - now.current], net.touches)
             if IMPLICIT and task.fixed == 0 and work.solver.made[4] == 1.0:
@@ -276,6 +281,13 @@ def accept(now: Progress, trial: Trial, is_first: bool, task: Task, net: Net) ->
     if task.fixed == 0:
         resize(now, h, trial.ratio, is_first)
     now.pending, now.prepared = 1, 0
+
+
+def roam(h: float, now: Progress, work: Work) -> None:
+    """Note how far nodes may have moved beside the common motion of their body."""
+    speed = distance(work.v[1 - now.current], work.drift, work.moving, work.team)
+    now.leeway -= greater(now.speed_now, speed) * h
+    now.speed_now = speed
 
 
 def resize(now: Progress, h: float, ratio: float, is_first: bool) -> None:

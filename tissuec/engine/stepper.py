@@ -15,11 +15,12 @@ from msgspec import Struct
 
 from tissuec.compiled.calls import raise_failure
 from tissuec.compiled.record_tables import RecordTable
+from tissuec.core.arrays import norm
 from tissuec.core.structs import replace
 from tissuec.engine.backends import BACKENDS, bound_drive, loop_operations, with_python
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.engine.method import Method, Samples
+from tissuec.engine.method import Follow, Method, Samples
 from tissuec.engine.run_arrays import (
     SampleBuffer,
     first_step,
@@ -101,7 +102,8 @@ class Stepper:
             work.choices[:] = method.choices.row()
         tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
         task = new_task(self.network, integrator, tolerance, method.duration)
-        self.task = task._replace(fixed=0 if method.step is None else 1)
+        viewed = self.task.viewed if before is not None else np.inf
+        self.task = task._replace(fixed=0 if method.step is None else 1, viewed=viewed)
         self.cap, self.listing = np.inf, ContactListing()
         if before is not None:
             half = self.progress.current
@@ -109,6 +111,7 @@ class Stepper:
             work.trial_x[:], work.trial_v[:] = before.x[half], before.v[half]
             work.ledger[:] = before.ledger[half]
             work.origin[:], work.effort[:] = before.origin, before.effort
+            work.drift[:] = before.drift
             work.doubt[:] = before.doubt
             work = work._replace(tension=before.tension, sides=before.sides)
             self.update(fresh=1, memory=0.0, wait=0, current=0)
@@ -129,7 +132,7 @@ class Stepper:
         velocity = inputs.inwards(np.where(still, 0.0, state.velocity))
         work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
         work.trial_x[:], work.trial_v[:] = position, velocity
-        self.update(time=state.time, fresh=1, memory=0.0, wait=0, pending=0)
+        self.update(time=state.time, fresh=1, memory=0.0, wait=0, pending=0, leeway=0.0)
         if self.method.ledger:
             self._load_energies(state)
         self._fit()
@@ -301,6 +304,7 @@ class Stepper:
             "v": inputs.outwards(work.v[now]),
             "a": inputs.outwards(work.a[now]),
             "origin": inputs.positions(work.origin),
+            "drift": inputs.outwards(work.drift),
         }
         inputs.keep(nodes)
         moved = {name: inputs.inwards(vectors) for name, vectors in places.items()}
@@ -366,6 +370,22 @@ class Stepper:
         if kept is None or kept.record is not record:
             kept = self._tables[kind] = RecordTable(record)
         return kept
+
+    def show(self, follow: Follow) -> None:
+        """Show the present state to who follows the motion, and note when to do so again."""
+        now, inputs, work = self.progress, self.inputs, self.work
+        leeway = follow(now.time, inputs.positions(work.x[now.current]))
+        self.update(leeway=leeway)
+        if leeway == np.inf:
+            return
+        velocity = inputs.outwards(work.v[now.current])
+        drift = np.zeros_like(velocity)
+        for body in self.network.bodies:
+            drift[body.nodes] = velocity[body.nodes].mean(axis=0)
+        work.drift[:] = inputs.inwards(drift)
+        self.update(
+            speed_now=float(norm(velocity - drift)[: work.moving.size].max(initial=0.0))
+        )
 
     # --- samples ------------------------------------------------------------------------------
 

@@ -317,6 +317,7 @@ class Work(NamedTuple):
     a: Rows  # accelerations [m/s²], shape (2, 3 node)
     ledger: Rows  # work and dissipated energy so far [J], shape (2, 2)
     origin: Floats  # positions at the start of the run [m], shape (3 node,)
+    drift: Floats  # common velocity of each body, lately [m/s], shape (3 node,)
     # Accelerations of the stages [m/s²], from row 2 on, as ``kernels.stages`` combines them,
     # and scratch of methods, shape (row, 3 node)
     rows: Rows
@@ -399,6 +400,9 @@ class Progress(Struct):
     displacement_before: float  # the same before the step under way [m]
     speed: float  # largest so far [m/s]
     speed_before: float  # the same before the step under way [m/s]
+    speed_now: float  # largest beside ``Work.drift`` at the end of the last step [m/s]
+    # That nodes may move beside ``Work.drift`` before who follows the motion sees it again [m]
+    leeway: float
     current: int  # half of Work that holds the state
     pending: int  # 1: a step is accepted, its samples are not all taken
     prepared: int  # 1: the step under way can be evaluated inside
@@ -451,4 +455,4 @@ GLANCES = 4  # states of each step, at equal distances, the last at its end
 LOOKED = 4  # place in ``Work.effort`` of evaluations for looks inside of steps
 # Why the stepping code came back.
 REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)
-VIEWED = 9
+VIEWED, ROAMED = 9, 10

@@ -67,7 +67,7 @@ def elements(scene):
 
 
 def watch(scene):
-    return WATCHES["inside out"].of(scene.network, scene.plan)
+    return WATCHES["elements inside out"].of(scene.network, scene.plan)
 
 
 def count(found):

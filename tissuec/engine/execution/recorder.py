@@ -417,19 +417,23 @@ class Recorder:
         state: State | None = None,
         *,
         always: bool = False,
-    ) -> None:
-        """Check for passages through surfaces, if anything has moved far enough.
+    ) -> float:
+        """Check for what could come and go between samples, if anything has moved far enough.
 
         Args:
             time: [s]; not before that of the last call.
             position: Of all nodes [m], shape (node, 3).
             state: Intact springs and held nodes at this time; by default, those entered last.
             always: Whether to check in any case.
+
+        Returns:
+            How far nodes may move before the next call [m].
         """
         state = self._state if state is None else state
-        if self.takes_notes and state is not None:
-            memory = self.memory.doubts
-            self._watcher.follow(state, time, position, memory, always=always)
+        if not self.takes_notes or state is None:
+            return np.inf
+        memory = self.memory.doubts
+        return self._watcher.follow(state, time, position, memory, always=always)
 
     def _snapshot(self, samples: Samples, state: State) -> Snapshot:
         motion = samples.time, samples.position, samples.velocity

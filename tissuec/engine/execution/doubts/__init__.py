@@ -1,14 +1,16 @@
 """Signs of doubtful numbers, for which states are examined during a run.
 
 A watch is a class registered by its kind, in a separate file. It examines at most ``LOOKS``
-states of the run and the last one, and yields findings. The event log, the result and all
-reports treat findings of every kind alike. Watches do not change the state.
+states of the run and the last one, or follows the motion between them, and yields findings. The
+event log, the result and all reports treat findings of every kind alike. Watches do not change
+the state.
 """
 
 from collections.abc import Iterator
 from functools import cached_property
 from typing import ClassVar, Protocol, Self, runtime_checkable
 
+import numpy as np
 from msgspec import Struct, field
 
 from tissuec.core.registry import Family
@@ -80,6 +82,14 @@ class Follower(Watch, Protocol):
 
         Args:
             position: Of all nodes [m], shape (node, 3).
+        """
+        ...
+
+    def leeway(self, position: Floats) -> float:
+        """Return how far nodes can move before a check may be needed [m].
+
+        Args:
+            position: Of all nodes, just after ``is_due`` was asked [m], shape (node, 3).
         """
         ...
 
@@ -165,7 +175,7 @@ class Watcher:
         memory: DoubtMemory,
         *,
         always: bool = False,
-    ) -> None:
+    ) -> float:
         """Check the next state of a motion, with the watches that follow it.
 
         Args:
@@ -174,11 +184,17 @@ class Watcher:
             position: Of all nodes [m], shape (node, 3).
             memory: Receives the findings.
             always: Whether to look even if nothing has moved far.
+
+        Returns:
+            How far nodes can move before the next state has to be checked [m].
         """
+        leeway = np.inf
         for watch in self._at_work[1]:
             watch.memory = memory.kept.setdefault(watch.kind, watch.memory)
             if always or watch.is_due(position):
                 self._ask(watch, state, time, position, memory)
+            leeway = min(leeway, max(watch.leeway(position), 0.0))
+        return leeway
 
     @cached_property
     def _at_work(self) -> tuple[list[Watch], list[Follower]]:

@@ -1,12 +1,10 @@
-"""Cells, faces and elements that turn inside out, or are strained beyond a stable law.
+"""Cells and faces that turn inside out, and elements strained beyond a stable law.
 
 Springs resist a change of length, not of orientation: a cell that is pressed flat has a second
 equilibrium, in which it is inside out and pulls where tissue would push. A cell counts as
 inside out if its volume is not positive; a face of a surface, if it looks the opposite way to
 the mean of its neighbours, while it did not as drawn. Cells and faces that have lost a spring
-are not counted. Finite elements push back where they are pressed flat, and also beyond that,
-but where the volume at one of their points is not positive, their law no longer describes any
-material. Those that have lost an edge are not counted.
+are not counted.
 
 Elements that are strained beyond the stability of their law.
 
@@ -34,80 +32,6 @@ from tissuec.script.plan import Plan
 if TYPE_CHECKING:
     from tissuec.forces.solids.elements import SolidElements
     from tissuec.forces.surfaces.membranes import Membranes
-
-_PART = 2048  # elements whose sides are in memory at a time
-
-
-class ElementOrientation:
-    """The elements of one body.
-
-    Args:
-        network: With the body as drawn.
-        body: Is made of elements.
-    """
-
-    def __init__(self, network: Network, body: BodyPart):
-        self._network, self._body = network, body
-        self._shapes: Sequence[SolidElements] = network.elements_of(body.name)
-        self._seen: Floats | None = None
-        self._close = 0.0
-        self._is_out = False
-
-    def look(self, state: State, position: Floats) -> Iterator[Finding]:
-        """Yield the elements that are inside out; as ``Watch.look``."""
-        own = position[self._body.nodes]
-        if self._seen is not None and not self._is_out:
-            moved = own - self._seen
-            if norm(moved - moved.mean(axis=0)).max() < self._close:
-                return
-        out = [self._inverted(field, position, state.alive) for field in self._shapes]
-        self._seen = own.copy()
-        self._close = min(margin for _, margin in out)
-        numbers = [which for which, _ in out]
-        count = sum(map(len, numbers))
-        if not count and not self._is_out:
-            return
-        self._is_out = bool(count)
-        name = self._body.name
-        yield Finding(
-            name, count, f"elements of {name} are inside out", self._place(numbers), "element",
-            "forces are wrong there; press, pull or twist the body less, or use smaller "
-            "elements", self._body.span,
-        )  # fmt: skip
-
-    def _inverted(
-        self, field: "SolidElements", position: Floats, alive: NDArray[np.bool_]
-    ) -> tuple[Indices, float]:
-        """Return elements that are inside out, and how far nodes can move before others are.
-
-        With Z = Σ x_a ⊗ ∂N_a/∂ξ, moving each node by less than r changes Z by less than
-        r Σ |∂N_a/∂ξ|; det Z keeps its sign while this is less than the smallest singular value
-        of Z, which is at least 1/|Z⁻¹| = det Z/|cof Z|.
-        """
-        is_out = np.zeros(field.item_count, dtype=bool)
-        is_lost = np.zeros(field.item_count, dtype=bool)
-        is_lost[field.lost_items(alive)] = True
-        slope = norm(field.shape.gradients).sum(axis=-1)  # of each point
-        margin = np.inf
-        for first in range(0, field.item_count, _PART):
-            part = np.arange(first, min(first + _PART, field.item_count))
-            sides = field.shape.sides(position[field.nodes[part]])
-            cofactors = cross(np.roll(sides, -1, axis=-2), np.roll(sides, -2, axis=-2))
-            volume = dot(sides[..., 0, :], cofactors[..., 0, :])
-            is_out[part] = (volume <= 0.0).any(axis=1)
-            room = volume / (norm(cofactors.reshape(*volume.shape, 9)) * slope)
-            margin = min(margin, float(room[~is_lost[part]].min(initial=np.inf)))
-        return np.flatnonzero(is_out & ~is_lost), margin
-
-    def _place(self, numbers: Sequence[Indices]) -> str:
-        """Return where the first element is, as drawn; "" without any."""
-        for field, which in zip(self._shapes, numbers, strict=True):
-            if len(which):
-                corners = self._network.position[field.nodes[which[0]]]
-                centre = ", ".join(show(float(x), LENGTH) for x in corners.mean(axis=0))
-                return f"in {field.shape.name} {which[0] + 1} around ({centre})"
-        return ""
-
 
 INSIDE_OUT = "inside out"
 # Part of the smallest height of a cell that its nodes move before it is examined again: it
@@ -259,21 +183,21 @@ class _Faces(_Oriented):
 
 @WATCHES.member(INSIDE_OUT)
 class InsideOut:
-    """Watches elements, the cells of other solids, and the faces of bodies without cells."""
+    """Watches cells of solids of springs, and faces of bodies without cells."""
 
     kind = INSIDE_OUT
 
-    def __init__(self, parts: list[_Oriented | ElementOrientation]):
+    def __init__(self, parts: list[_Oriented]):
         self._parts = parts
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
         """Return the watch of a run; None without solids and surfaces."""
-        parts: list[_Oriented | ElementOrientation] = []
+        parts: list[_Oriented] = []
         for body in network.bodies:
             if body.is_made_of_elements and not body.is_wall:
-                parts.append(ElementOrientation(network, body))
-            elif body.cells is not None:
+                continue  # these are followed between outputs, too
+            if body.cells is not None:
                 faces, _ = body.cells()
                 parts.append(_Cells(network, body, faces.astype(np.int64) + body.nodes.start))
             elif body.divided is not None:

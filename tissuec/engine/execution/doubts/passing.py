@@ -247,6 +247,10 @@ class Passing:
         way = position[self._nodes] - before[self._nodes]
         return bool(np.abs(way).max(initial=0.0) > self._apart)
 
+    def leeway(self, position: Floats) -> float:
+        """Return infinity: the run comes back when it leaves the lists of near pairs."""
+        return np.inf
+
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         before, memory, alive = self._before, self.memory, state.alive
         for pair in self._pairs:

@@ -7,7 +7,6 @@ themselves. At 180° both sides are in line again, and whole turns are lost with
 being inside out. So the angle between edges that are parallel as drawn is watched.
 """
 
-from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -17,8 +16,8 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import dot, norm
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH, show
 from tissuec.engine.execution.doubts import WATCHES, Finding
+from tissuec.engine.execution.doubts.following import ElementFollower, FollowedBody
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.script.plan import Plan
@@ -66,14 +65,10 @@ class _Edges(Struct, eq=False):
         ]
         return cls(field, edges, np.array(pairs))
 
-    def turned(self, position: Floats, alive: NDArray[np.bool_]) -> tuple[Indices, float]:
-        """Return elements that are turned too far, and how far nodes can move before others.
+    def found(self, position: Floats, alive: NDArray[np.bool_]) -> tuple[Indices, float]:
+        """Return elements that are turned too far; as of ``ElementTest``.
 
         A node that moves by r turns an edge of the length l by less than asin(2 r/l).
-
-        Args:
-            position: Of all nodes [m], shape (node, 3).
-            alive: Springs that are there, shape (spring,).
         """
         ends = position[self.field.nodes]
         along = ends[:, self.edges[:, 1]] - ends[:, self.edges[:, 0]]
@@ -88,45 +83,6 @@ class _Edges(Struct, eq=False):
         return np.flatnonzero(is_turned), float((0.5 * shortest * np.sin(0.5 * room)).min())
 
 
-class _TurningBody:
-    """The elements of one body, of which the last look is kept."""
-
-    def __init__(self, network: Network, body: BodyPart, parts: list[_Edges]):
-        self._network, self._body, self._parts = network, body, parts
-        self._seen: Floats | None = None
-        self._close, self._count = 0.0, 0
-
-    def look(self, state: State, position: Floats) -> Iterator[Finding]:
-        """Yield the elements that are turned too far; as ``Watch.look``."""
-        own = position[self._body.nodes]
-        if self._seen is not None and not self._count:
-            moved = own - self._seen
-            if norm(moved - moved.mean(axis=0)).max() < self._close:
-                return
-        found = [part.turned(position, state.alive) for part in self._parts]
-        self._seen, self._close = own.copy(), min(margin for _, margin in found)
-        count = sum(len(which) for which, _ in found)
-        if not count and not self._count:
-            return
-        self._count = count
-        name = self._body.name
-        yield Finding(
-            name, count, f"opposite sides of elements of {name} are turned by more than 90°",
-            self._place([which for which, _ in found]), "element",
-            "they resist less and less, and lose whole turns beyond 180°; use shorter elements "
-            "along the axis of the turn, or turn the body less", _cause(state, self._body.span),
-        )  # fmt: skip
-
-    def _place(self, numbers: list[Indices]) -> str:
-        """Return where the first element is, as drawn; "" without any."""
-        for part, which in zip(self._parts, numbers, strict=True):
-            if len(which):
-                corners = self._network.position[part.field.nodes[which[0]]]
-                centre = ", ".join(show(float(x), LENGTH) for x in corners.mean(axis=0))
-                return f"in {part.field.shape.name} {which[0] + 1} around ({centre})"
-        return ""
-
-
 def _cause(state: State, body: Span) -> Span:
     """Return the order of a turn that is under way, or else the body."""
     turns = (each.span for each in state.motions.values() if each.turn is not None)
@@ -134,29 +90,31 @@ def _cause(state: State, body: Span) -> Span:
 
 
 @WATCHES.member(TURNED)
-class TurnedTooFar:
+class TurnedTooFar(ElementFollower):
     """Watches hexahedra and wedges."""
 
     kind: ClassVar[str] = TURNED
 
-    def __init__(self, bodies: list[_TurningBody]):
-        self._bodies = bodies
-
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
         """Return the watch of a run; None without such elements."""
-        bodies: list[_TurningBody] = []
+        bodies: list[FollowedBody] = []
         for body in network.bodies:
-            parts = [
+            tests = [
                 _Edges.of(field)
                 for field in network.elements_of(body.name)
                 if not body.is_wall and field.shape.name in PARALLEL
             ]
-            if parts:
-                bodies.append(_TurningBody(network, body, parts))
+            if tests:
+                bodies.append(FollowedBody(network, body, tests))
         return cls(bodies) if bodies else None
 
-    def look(self, state: State, position: Floats) -> Iterator[Finding]:
-        """Yield the bodies with such elements; as ``Watch.look``."""
-        for body in self._bodies:
-            yield from body.look(state, position)
+    def describe(self, state: State, body: BodyPart, count: int, place: str) -> Finding:
+        """Return what is to be said of a body; as of ``ElementFollower``."""
+        return Finding(
+            body.name, count,
+            f"opposite sides of elements of {body.name} are turned by more than 90°",
+            place, "element",
+            "they resist less and less, and lose whole turns beyond 180°; use shorter elements "
+            "along the axis of the turn, or turn the body less", _cause(state, body.span),
+        )  # fmt: skip
