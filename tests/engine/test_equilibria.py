@@ -259,8 +259,13 @@ def test_equilibria_that_do_not_depend_on_the_way_are_confirmed_by_a_few(monkeyp
     ran, estimate = accompanied(network, plan)
     assert estimate.error < 1e-9 and estimate.steps == 0.25
     assert max(accepted) < 0.5 * ran.accepted
-    text = Promise.of({"promise": estimate.as_dict()}).sentence
-    assert text.endswith("apart from a run with 4 times the step (no tolerance)")
+    same, other = (
+        Promise.of({"promise": estimate.as_dict() | {"error": error}}).sentence
+        for error in (0.0, 2e-10)
+    )
+    beside = "a run with 4 times the step (no tolerance)"
+    assert same == f"equal to {beside}"
+    assert other == f"differs by 2.0e-10 of the largest displacement from {beside}"
 
 
 def test_where_long_steps_find_other_equilibria_shorter_ones_decide(snapping, monkeypatch):

@@ -237,6 +237,25 @@ def test_what_follows_from_a_misspelt_part_is_not_told(old: str, new: str, code:
     assert error.startswith(code)
 
 
+BLOCK = """body block {
+  mesh is lattice { cell = (4, 4, 2) mm; box from (0, 0, 20) mm to (16, 16, 24) mm }
+  tissue is gel; made of quadratic elements
+}
+tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3 }
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [("(4, 4, 2) mm", "(4, 4) mm", "TIS312"), ("elements", "element", "TIS305")],
+)
+def test_a_block_of_elements_is_told_one_mistake(old: str, new: str, code: str) -> None:
+    (warning,) = said_of(SCENE + BLOCK)
+    assert warning.startswith("W310 ")  # nothing holds it
+    (error,) = said_of(SCENE + BLOCK.replace(old, new))
+    assert error.startswith(code)
+
+
 def test_a_wrong_table_leaves_its_body_undrawn() -> None:
     net = """body net { mesh is explicit; tissue is gum }
 table nodes of net in mm with columns "id x" { 1 0; 2 5 }

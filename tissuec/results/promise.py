@@ -89,8 +89,10 @@ class Promise(Struct, frozen=True):
                     if self.steps > 1.0
                     else f"{1.0 / self.steps:g} times the step"
                 )
-                return f"{error} apart from a run with {step} (no tolerance)"
-            apart = f", {error} apart" if error else ""
+                if not self.error:
+                    return f"equal to a run with {step} (no tolerance)"
+                return f"differs by {error} from a run with {step} (no tolerance)"
+            apart = f", differs by {error}" if error else ""
             return f"not checked{reason}{apart}{limit}"
         by = f", checked by {self.method}" if self.differs else ""
         if self.since is None:

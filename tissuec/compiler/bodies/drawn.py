@@ -242,6 +242,8 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             hint = hint or _with_unit(body.mesh.file.name, error.unit)
         findings.reject("TIS605", str(error), place, hint=hint)
     except (ValueError, ArithmeticError) as error:
+        if not body.is_whole:
+            findings.stop()  # what could not be read may be what is missing
         hint = error.hint if isinstance(error, FormatError | UnfitEntries) else ""
         findings.reject("TIS309", f"body {body.name}: {error}", body.span, hint=hint)
     if mesh.origin is not None and mesh.remarks:

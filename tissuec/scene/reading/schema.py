@@ -226,6 +226,9 @@ def read_value(
                     hint=proposal(str(low)) if number < low else "write a smaller number",
                 )
             return int(number)
+        case Real(by_axis=True) if isinstance(node, s.Vector) and len(node.items) < 3:
+            message = f"{what} is one number, or three for x, y and z"
+            scope.findings.reject("TIS312", message, node.span, hint=_by_axis(kind, what))
         case Real(by_axis=True) if (value := scope.evaluate(node)).is_vector:
             return _read_by_axis(kind, value, node, scope, what=what)
         case Real():
@@ -240,10 +243,14 @@ def _read_by_axis(
     for axis, amount in zip("xyz", value.amount.tolist(), strict=True):
         if abs(amount) < SMALLEST_NUMBER or not _within(kind, amount):
             shown = show(amount, kind.dimension)
-            hint = f"for example: {what} = (4, 4, 1) {suggested_unit(kind.dimension)}".rstrip()
             message = f"{what} cannot be {shown} along {axis}"
-            scope.findings.reject("TIS308", message, node.span, hint=hint)
+            scope.findings.reject("TIS308", message, node.span, hint=_by_axis(kind, what))
     return value.amount
+
+
+def _by_axis(kind: Real, what: str) -> str:
+    """Return a hint to write three numbers."""
+    return f"for example: {what} = (4, 4, 1) {suggested_unit(kind.dimension)}".rstrip()
 
 
 def _as_vector(kind: Point, node: s.Expression, value: Value, *, what: str) -> Hint:
