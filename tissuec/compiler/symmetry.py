@@ -180,7 +180,7 @@ def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> 
             )
     for bent in network.of_kind("bending", "plates"):
         if len(there := np.intersect1d(bent.nodes, one.nodes)):
-            name = next(b.name for b in network.bodies if there[0] < b.nodes.stop)
+            name = network.body_at(int(there[0])).name
             findings.reject(
                 "TIS306",
                 f"{name} resists bending, but not against its mirror image behind this plane",

@@ -139,7 +139,7 @@ def _lost(balance: Balance, network: Network, x: Floats) -> tuple[Remark, ...]:
     if lost is None:
         return ()
     node = int(balance.free[lost.node])
-    name = next(one.name for one in network.bodies if node < one.nodes.stop)
+    name = network.body_at(node).name
     numbers = (
         f": they are at most {show(lost.load, FORCE)} at a node, and the rounding of places "
         f"leaves residual forces of up to {show(lost.left, FORCE)}; displacements by these "
@@ -295,7 +295,7 @@ def _without_slides(balance: Balance, network: Network, x: Floats) -> _Slid | No
         force = float(norm(left[nodes].sum(axis=0)))
         pressed, rubs = balance.pressed(x, nodes)
         node, way = int(balance.free[nodes[0]]), _direction(freedom.motion)
-        name = next(one.name for one in network.bodies if node < one.nodes.stop)
+        name = network.body_at(node).name
         stays &= force <= max(rubs, EVEN * pressed)
         if force > max(rubs, LEVEL * pressed):
             by = f"friction bears {show(rubs, FORCE)} only" if rubs else "there is no friction"

@@ -410,6 +410,10 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         """Return how many nodes belong to bodies; they come first."""
         return max((body.nodes.stop for body in self.bodies), default=0)
 
+    def body_at(self, node: int) -> BodyPart:
+        """Return the body of one of the ``body_nodes``."""
+        return next(body for body in self.bodies if node < body.nodes.stop)
+
     @property
     def body_springs(self) -> int:
         """Return how many springs belong to bodies; they come first."""

@@ -222,10 +222,7 @@ def springs_of_events(
 
 def body_of(network: Network, node: int) -> str:
     """Return the name of the body that holds network node ``node``; "" if none does."""
-    for body in network.bodies:
-        if body.nodes.start <= node < body.nodes.stop:
-            return body.name
-    return ""
+    return network.body_at(node).name if node < network.body_nodes else ""
 
 
 NODES, SPRINGS = "nodes", "springs"

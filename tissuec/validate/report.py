@@ -22,6 +22,7 @@ from tissuec.core.report import (
 )
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Network
+from tissuec.results.recording import body_of
 from tissuec.validate.compare import QuantityError, dimension_of
 
 if TYPE_CHECKING:
@@ -120,10 +121,8 @@ _NUMBERS = ("name", "error", "bound", "expected", "scale", "time")
 
 def _node(network: Network, node: int) -> str:
     """Return a node by the author's number and its body."""
-    for body in network.bodies:
-        if body.nodes.start <= node < body.nodes.stop:
-            return f"{network.node_ids[node]} of {body.name}"
-    return str(network.node_ids[node])
+    name = body_of(network, node)
+    return f"{network.node_ids[node]} of {name}" if name else str(network.node_ids[node])
 
 
 def _row(quantity: Document) -> tuple[str, ...]:

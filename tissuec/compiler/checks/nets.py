@@ -156,7 +156,7 @@ def unstable(
     if (node := find(state)) is None:
         return
     network = compiled.network
-    body = next(body for body in network.bodies if node < body.nodes.stop)
+    body = network.body_at(node)
     yield Diagnostic(
         "W307",
         f"{body.name} starts in an unstable equilibrium: any disturbance makes it "

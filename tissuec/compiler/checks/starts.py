@@ -74,7 +74,7 @@ def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
     springs = (network.springs.ends == node).any(axis=1)
     if not (is_solid or is_stressed[springs].any()):  # typed in to swing
         return
-    body = next(body for body in network.bodies if node < body.nodes.stop)
+    body = network.body_at(node)
     yield Diagnostic(
         "W309",
         f"{body.name} is not in equilibrium at 0 s: prestress pulls with up to "

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from tissuec.core.units import MASS, STIFFNESS, TIME, show
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network
+from tissuec.results.recording import body_of
 from tissuec.script.verbs import ActionFailed
 
 if TYPE_CHECKING:
@@ -80,10 +81,8 @@ def describe_node(state: State, node: int) -> str:
 
 def of_body(network: Network, node: int) -> str:
     """Return " of BODY" for a node, nothing for one of a tool."""
-    for body in network.bodies:
-        if body.nodes.start <= node < body.nodes.stop:
-            return f" of {body.name}"
-    return ""
+    name = body_of(network, node)
+    return f" of {name}" if name else ""
 
 
 def _origin(network: Network, array: str, entry: int) -> str:
