@@ -91,7 +91,7 @@ class TracedCell:
     """
 
     def __init__(self, kind: CellKind, graph: Graph, given: Numbers):
-        self.graph, self.nodes = graph, kind.nodes
+        self.graph = graph
         self.drawn, drawn = numbers_in(graph, kind.widths, letter="c")
         self.places = [graph.input(f"node.{k}") for k in range(3 * kind.nodes)]
         self.vectors = [a for each in kind.vectors(_threes(self.places)) for a in each]
@@ -254,9 +254,10 @@ class TracedCell:
     def _changes(self, inputs: Sequence[Number]) -> dict[Number, Number]:
         return {each: self.graph.input(f"d{each.operation.detail}") for each in inputs}
 
-    def stiffened(self, forces: str) -> list[Number]:
-        """Return the changes of forces, "elastic" or "braking"; see ``pushed``."""
-        return self.changed(getattr(self, forces), self._changes(self.weights("pull")))
+    @cached_property
+    def braking_change(self) -> list[Number]:
+        """Return the changes of ``braking``; see ``pushed``."""
+        return self.changed(self.braking, self._changes(self.weights("pull")))
 
     def pushed(self, numbers: Sequence[Number]) -> list[Number]:
         """Return the changes of ``pull``, also with those of some numbers.

@@ -180,20 +180,20 @@ class TracedPoint:
     @cached_property
     def stress(self) -> list[Number]:
         """Return P, row by row."""
-        viscous = gradient(self.dissipation, self.rate)
+        viscous = self.viscous_stress
         return [a + b for a, b in zip(self.elastic_stress, viscous, strict=True)]
 
-    def stress_of(self, forces: str) -> list[Number]:
-        """Return the part of P that is "elastic", or that is "braking"."""
-        if forces == "elastic":
-            return self.elastic_stress
+    @cached_property
+    def viscous_stress(self) -> list[Number]:
+        """Return the viscous part of P, row by row."""
         return gradient(self.dissipation, self.rate)
 
-    def changed(self, forces: str) -> list[Number]:
-        """Return the change of ``stress_of``; those of strains and rates are "df.k", "dg.k"."""
-        every = [*self.f, *self.rate] if forces == "braking" else self.f
+    @cached_property
+    def viscous_change(self) -> list[Number]:
+        """Return the change of ``viscous_stress`` with those of F and dF/dt, "df.k", "dg.k"."""
+        every = [*self.f, *self.rate]
         changes = {each: self.graph.input(f"d{each.operation.detail}") for each in every}
-        return along(self.stress_of(forces), changes)
+        return along(self.viscous_stress, changes)
 
     @cached_property
     def pull(self) -> list[Number]:

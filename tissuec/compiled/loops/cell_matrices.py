@@ -267,9 +267,8 @@ def column_loop(name: str, point: TracedPoint, by: str, nodes: int, points: int)
         nodes, points: Of each element.
     """
     loop = _cell_loop(point, nodes, points)
-    code, side, stress, changed = (
-        loop.code, len(loop.cell.x), point.stress_of("braking"), point.changed("braking")
-    )  # fmt: skip
+    code, side = loop.code, len(loop.cell.x)
+    stress, changed = point.viscous_stress, point.viscous_change
     base = loop.row_of_blocks("out", side * side)
     loop.begin([*stress, *changed, *point.stress], moves=True)
     pulls, dpull = loop.pulls(stress), loop.room_of(loop.strained)
@@ -288,7 +287,7 @@ def column_loop(name: str, point: TracedPoint, by: str, nodes: int, points: int)
 
         loop.each_point("change", change)
         rooms = {"pull": pulls, "dx": dx, "dv": dv, "dpull": dpull}
-        found = loop.of_cell(loop.cell.stiffened("braking"), **rooms)
+        found = loop.of_cell(loop.cell.braking_change, **rooms)
         first = code.add(f"mul i64 {c}, {side}")
         for k, value in enumerate(found):
             minus = code.add(f"fneg {code.kind} {value}")

@@ -13,8 +13,6 @@ from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.loops.point_frame import PointLoop, parted
 from tissuec.compiled.loops.tables import LANES
 
-AXES = 3
-
 
 def point_loop(point: TracedPoint, nodes: int, points: int) -> PointLoop:
     """Return a writer of one loop over elements.
@@ -49,7 +47,7 @@ class CellLoop(PointLoop):
 
     @property
     def row_shape(self) -> tuple[int, int]:
-        return AXES, 1
+        return 3, 1
 
     @property
     def of_element(self) -> Sequence[Number]:
@@ -169,7 +167,7 @@ class CellLoop(PointLoop):
         return self._kept(outputs, self._needed, given, dx=dx, dv=dv)
 
     def pulls(self, stress: Sequence[Number]) -> str:
-        """Return where the forces on strains by a stress are, all points added up."""
+        """Return where the forces on strains by a stress are; see ``PointLoop``."""
         room = self.room_of(self.strained)
         self.clear(room, self.strained)
 
@@ -184,14 +182,7 @@ class CellLoop(PointLoop):
     def derivatives(
         self, load: str, by_q: str, by_rate: str, by: str, numbers: Sequence[Number]
     ) -> tuple[str, str]:
-        """Return where derivatives by places and velocities are; see ``TracedCell.pulled``.
-
-        Args:
-            load: Where the weights of z are.
-            by_q, by_rate: Where derivatives by strains and their rates are.
-            by: Where those by numbers are, which are added to.
-            numbers: What these are by.
-        """
+        """Return where derivatives by places and velocities are; see ``PointLoop``."""
         rooms = {
             "pull": self.pulls(self.point.stress), "load": load,
             "by_q": by_q, "by_rate": by_rate,
@@ -201,3 +192,10 @@ class CellLoop(PointLoop):
         for k, each in enumerate(of_numbers):
             self.add_up(each, by, k)
         return self.keep(self._spread(by_x)), self.keep(self._spread(by_v))
+
+    def changed_forces(
+        self, numbers: Sequence[Number], given: Mapping[str, str], **rooms: str
+    ) -> str:
+        """Return where the changes of forces on nodes are; see ``PointLoop``."""
+        changed = self.of_cell(self.cell.pushed(numbers), given, **rooms)
+        return self.at_nodes(self.keep(changed))

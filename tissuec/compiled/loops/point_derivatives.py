@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from tissuec.autodiff.derivatives import gradient
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
-from tissuec.compiled.loops.cells import CellLoop, point_loop
+from tissuec.compiled.loops.cells import point_loop
 from tissuec.compiled.loops.frame import LoopText, at_corners, places_of_numbers
 from tissuec.compiled.loops.point_frame import PointLoop, PointTable, parted
 from tissuec.compiled.loops.tables import LANES
@@ -60,8 +60,7 @@ def pull_loop(
             code.add(f"fneg {code.kind} {loop.times(loop.read(turned, 0), [each])[0]}"), by, k
         )
 
-    if isinstance(loop, CellLoop):
-        by_x, by_v = loop.derivatives(load, by_x, by_v, by, numbers)
+    by_x, by_v = loop.derivatives(load, by_x, by_v, by, numbers)
 
     def write() -> None:
         loop.scatter(by_x, at_corners("by_x", nodes))
@@ -104,7 +103,7 @@ def push_loop(
     of_mean, of_pooled = point.pushed_mean(learnt)
     loop.begin([*outputs, of_mean, of_pooled], moves=True)
     dx, dv, df = (loop.room_of(each) for each in (3 * nodes, 3 * nodes, loop.strained))
-    pulls = loop.pulls(point.stress) if isinstance(loop, CellLoop) else ""
+    pulls = loop.pulls(point.stress)
     rates = loop.room_of(max(1, kept))
 
     def change(m: str) -> None:
@@ -140,11 +139,8 @@ def push_loop(
                 loop.give("give", q, rates, "df", m)
 
         loop.each_point("push", push)
-        forces = df
-        if isinstance(loop, CellLoop):
-            rooms = {"pull": pulls, "dx": moved, "dv": faster, "dpull": df}
-            changed = loop.cell.pushed(learnt_numbers)
-            forces = loop.at_nodes(loop.keep(loop.of_cell(changed, given, **rooms)))
+        rooms = {"pull": pulls, "dx": moved, "dv": faster, "dpull": df}
+        forces = loop.changed_forces(*with_numbers, **rooms)
         loop.each_lane(lambda: loop.scatter_change(forces, "df", m))
 
     loop.repeat("changes", "%room.shape", change)

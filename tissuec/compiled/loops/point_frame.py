@@ -329,6 +329,39 @@ class PointLoop(ItemLoop):
         """Return where forces on nodes are, given those on ``vectors_of`` them."""
         return room
 
+    def pulls(self, stress: Sequence[Number]) -> str:
+        """Return where the forces on strains by a stress are, all points added up.
+
+        It is empty where forces on nodes are linear in them, with constant factors.
+        """
+        return ""
+
+    def derivatives(
+        self, load: str, by_q: str, by_rate: str, by: str, numbers: Sequence[Number]
+    ) -> tuple[str, str]:
+        """Return where derivatives by places and velocities are; see ``TracedCell.pulled``.
+
+        Args:
+            load: Where the weights of ``vectors_of`` nodes are.
+            by_q, by_rate: Where derivatives by strains and their rates are.
+            by: Where those by numbers are, which are added to.
+            numbers: What these are by.
+        """
+        return by_q, by_rate
+
+    def changed_forces(
+        self, numbers: Sequence[Number], given: Mapping[str, str], **rooms: str
+    ) -> str:
+        """Return where the changes of forces on nodes are; see ``TracedCell.pushed``.
+
+        Args:
+            numbers: Of elements, which change.
+            given: Their changes.
+            rooms: Where ``pulls`` are, "pull", and where the changes of ``vectors_of`` nodes,
+                of their velocities, and of what points add up are, "dx", "dv" and "dpull".
+        """
+        return rooms["dpull"]
+
     def carried(
         self, dx: str, dv: str = "", numbers: Sequence[Number] = (),
         given: Mapping[str, str] | None = None,
