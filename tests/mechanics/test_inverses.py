@@ -7,8 +7,9 @@ import tissuec
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.mechanics import inverses
 from tissuec.mechanics.balance import Balance
+from tissuec.mechanics.dissection import blocks_of
 from tissuec.mechanics.inverses import Indefinite, Inverses, Iterations
-from tissuec.mechanics.multigrid import Multigrid, aggregates, by_nodes
+from tissuec.mechanics.multigrid import Multigrid, aggregates
 from tissuec.mechanics.settling import BUCKLED, Unsettled, settle
 from tissuec.mechanics.stability import is_firm, softest
 from tissuec.mechanics.stiffness import Factorization
@@ -60,7 +61,7 @@ def iterates(monkeypatch):
 def test_an_aggregate_of_multigrid_is_a_node_and_its_neighbours():
     """In a lattice of trilinear cells all 26 are near; nobody is left out."""
     _, matrix, _ = parts(block(2.5))
-    labels = aggregates(by_nodes(matrix.sparse))
+    labels = aggregates(blocks_of(matrix.sparse))
     sizes = np.bincount(labels)
     assert labels.min() == 0 and sizes.min() >= 4
     assert len(sizes) <= len(labels) / 8.0

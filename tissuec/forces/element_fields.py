@@ -15,7 +15,7 @@ from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
+    from scipy.sparse import csc_array, csc_matrix
 
 
 MANY = 64  # elements of each kind: fewer are faster in one matrix
@@ -147,14 +147,19 @@ def as_blocks(nodes: Indices, like: Indices, blocks: Callable[[], Floats]) -> Re
     groups = [np.flatnonzero(like == each) for each in range(int(like.max(initial=-1)) + 1)]
     force = np.zeros((count, width, 3))
 
-    def resist(moved: Floats, to: Floats) -> None:
+    @cache
+    def at_nodes(size: int) -> "csc_array":
+        """Return the sum over elements as a matrix, shape (size, element · node)."""
         from scipy.sparse import csc_array
 
+        ends = np.ones(nodes.size), nodes.ravel(), np.arange(nodes.size + 1)
+        return csc_array(ends, shape=(size, nodes.size))
+
+    def resist(moved: Floats, to: Floats) -> None:
         for group, block in zip(groups, blocks(), strict=True):
             own = moved[nodes[group]].reshape(len(group), 3 * width)
             force[group] = (own @ block.reshape(3 * width, -1)).reshape(-1, width, 3)
-        ends = np.ones(nodes.size), nodes.ravel(), np.arange(nodes.size + 1)
-        to += csc_array(ends, shape=(len(to), nodes.size)) @ force.reshape(-1, 3)
+        to += at_nodes(len(to)) @ force.reshape(-1, 3)
 
     return resist
 

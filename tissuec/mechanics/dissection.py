@@ -86,10 +86,14 @@ class Dissection(NamedTuple):
         return NUMBERS * float((self.separators**2.0).sum())
 
 
+def by_rows(matrix: csc_matrix) -> csr_matrix:
+    """Return a symmetric matrix by rows, with the same arrays."""
+    return csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
 def blocks_of(matrix: csc_matrix) -> bsr_matrix:
     """Return a symmetric matrix with a block for each pair of nodes that it couples."""
-    rows = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
-    return rows.tobsr((3, 3))
+    return bsr_matrix(by_rows(matrix).tobsr((3, 3)))
 
 
 def joined_nodes(matrix: csc_matrix) -> csr_matrix:

@@ -13,8 +13,8 @@ import numpy as np
 
 from tissuec.core.arrays import irregular
 from tissuec.core.signals import give_way
-from tissuec.mechanics.dissection import EliminationOrder
-from tissuec.mechanics.multigrid import Multigrid, by_rows
+from tissuec.mechanics.dissection import EliminationOrder, by_rows
+from tissuec.mechanics.multigrid import Multigrid
 from tissuec.mechanics.stiffness import Factorization, Stiffness, inner
 from tissuec.model.network import Floats
 

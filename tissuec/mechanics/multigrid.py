@@ -18,6 +18,7 @@ from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix, diags_array
 
 from tissuec.core.arrays import irregular, rigid_motions
 from tissuec.core.signals import give_way
+from tissuec.mechanics.dissection import blocks_of
 from tissuec.model.network import Floats, Indices
 
 COARSEST = 900  # unknowns of which the dense factor is cheap
@@ -87,7 +88,7 @@ class Multigrid:
     """
 
     def __init__(self, matrix: csc_matrix, position: Floats):
-        fine = by_nodes(matrix)
+        fine = blocks_of(matrix)
         motions = rigid_motions(position)
         self.levels: list[Level] = []
         while fine.shape[0] > COARSEST:
@@ -114,16 +115,6 @@ class Multigrid:
         left = level.gather @ (residual - level.matrix @ found)
         found = found + level.spread @ self._cycle(number + 1, left)
         return found + level.smoothed(residual - level.matrix @ found)
-
-
-def by_nodes(matrix: csc_matrix) -> bsr_matrix:
-    """Return a symmetric matrix by blocks of three, shape (3 node, 3 node)."""
-    return bsr_matrix(by_rows(matrix).tobsr((3, 3)))
-
-
-def by_rows(matrix: csc_matrix) -> csr_matrix:
-    """Return a symmetric matrix by rows, with the same arrays."""
-    return csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
 def _coarsened(

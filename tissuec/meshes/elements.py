@@ -129,17 +129,19 @@ def mesh_of_elements(
     Raises:
         FormatError: An element is flat or folded, or more than two share a face.
     """
-    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    pairs, volume = [np.zeros((0, 2), dtype=np.int64)], np.zeros(len(position))
     for one in elements:
         shape = SHAPES[one.shape]
-        _refuse_flat(one, position, shape.point_volumes(position[one.nodes]))
+        of_points = shape.point_volumes(position[one.nodes])
+        _refuse_flat(one, position, of_points)
+        _add_shares(volume, one, of_points @ shape.lumped)
         pairs.append(one.nodes[:, shape.edges].reshape(-1, 2))
     return Mesh(
         position,
         springs(len(position), *pairs),
         _skin(elements).astype(np.int32),
         groups=groups,
-        volume=volumes_of_nodes(position, elements),
+        volume=volume,
         elements=tuple(elements),
     )
 
@@ -152,9 +154,13 @@ def volumes_of_nodes(position: Floats, elements: Sequence[ElementMesh]) -> Float
     """
     found = np.zeros(len(position))
     for one in elements:
-        share = node_shares(SHAPES[one.shape], position[one.nodes])
-        found += np.bincount(one.nodes.ravel(), share.ravel(), len(position))
+        _add_shares(found, one, node_shares(SHAPES[one.shape], position[one.nodes]))
     return found
+
+
+def _add_shares(to: Floats, elements: ElementMesh, share: Floats) -> None:
+    """Add what each node has of each element, shape (element, node), to a sum for each node."""
+    to += np.bincount(elements.nodes.ravel(), share.ravel(), len(to))
 
 
 def node_shares(shape: ElementShape, corners: Floats) -> Floats:

@@ -24,12 +24,13 @@ import numpy as np
 from msgspec import Struct
 from scipy.linalg import eigh
 from scipy.sparse import csc_matrix, diags_array, eye_array
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from tissuec.core.arrays import irregular
 from tissuec.forces.springs.resting_springs import Bars
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.dissection import EliminationOrder
+from tissuec.mechanics.stiffness import LowRankFactor, SparseFactor
 from tissuec.model.network import Floats, Indices
 
 SOUND = 1e-6  # of the right-hand side: what a solution may leave of it
@@ -97,26 +98,21 @@ class Shifted:
     """
 
     def __init__(self, operator: Operator, shift: float):
-        order, size = operator.order, operator.size
-        moved = operator.sparse - shift * eye_array(size, format="csc")
+        moved = operator.sparse - shift * eye_array(operator.size, format="csc")
         symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
         try:
-            self._factor = splu(
-                csc_matrix(moved[order][:, order]), permc_spec="NATURAL", options=symmetric
-            )
+            factor = SparseFactor(csc_matrix(moved), operator.order, options=symmetric)
         except RuntimeError as error:  # singular
             raise Unsound from error
-        if not np.array_equal(self._factor.perm_r, self._factor.perm_c):
-            raise Unsound  # rows were exchanged, so that signs of pivots say nothing
+        if factor.exchanges_rows:
+            raise Unsound
         self.shift = shift
         self._operator = operator
-        self._order, self._wide = order, operator.wide
-        self._spread = self._within(operator.wide)
-        self._schur = np.eye(operator.wide.shape[1]) + operator.wide.T @ self._spread
-        signs = self._factor.U.diagonal(), np.linalg.eigvalsh(self._schur)
+        self._factor = LowRankFactor(factor, operator.wide, operator.wide)
+        signs = factor.pivots, np.linalg.eigvalsh(self._factor.schur)
         self.below = int((signs[0] < 0.0).sum() - (signs[1] < 0.0).sum())
-        probe = irregular(size)
-        left = self._left(probe, self._solved(probe))
+        probe = irregular(operator.size)
+        left = self._left(probe, self._factor.solve(probe))
         lost = float(np.linalg.norm(left) / max(np.linalg.norm(probe), 1e-300))
         if not lost <= TRUSTED:
             raise Unsound
@@ -124,27 +120,14 @@ class Shifted:
 
     def solve(self, right: Floats) -> Floats:
         """Return (A - σ)⁻¹ b in the unit of b times [s²], both of shape (n,)."""
-        found = self._solved(right)
+        found = self._factor.solve(right)
         for _ in range(self._refinements):
-            found = found + self._solved(self._left(right, found))
+            found = found + self._factor.solve(self._left(right, found))
         return found
 
     def _left(self, right: Floats, found: Floats) -> Floats:
         """Return the residual of a solution."""
         return right - self._operator(found) + self.shift * found
-
-    def _solved(self, right: Floats) -> Floats:
-        found = self._within(right)
-        if not self._wide.shape[1]:
-            return found
-        return found - self._spread @ np.linalg.solve(self._schur, self._wide.T @ found)
-
-    def _within(self, right: Floats) -> Floats:
-        """Return (S - σ)⁻¹ b, shape of b."""
-        found = np.empty_like(right, dtype=float)
-        if found.size:
-            found[self._order] = self._factor.solve(right[self._order])
-        return found
 
 
 def operator_of(balance: Balance, bars: Bars) -> Operator:

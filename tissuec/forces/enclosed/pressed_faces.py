@@ -86,7 +86,6 @@ FORMS: dict[int, tuple[Indices, Floats]] = {
 #: Where the nodes of a face are among the corners of its triangles, (triangle, corner), by the
 #: number of these.
 _NODES = {
-    1: ((0, 0), (0, 1), (0, 2)),
     2: ((0, 0), (0, 1), (0, 2), (1, 2)),
     4: ((0, 0), (1, 1), (2, 2), (1, 0), (2, 1), (0, 2)),
     8: (*((k, 1) for k in range(8)), (0, 0)),
@@ -231,11 +230,12 @@ def _sides(network: Network, corners: Indices) -> Iterator[tuple[Indices, Indice
     index = TriangleIndex(corners)
     for field in network.of_kind("elements"):
         shape = field.shape
+        at_surface = field.nodes[np.isin(field.nodes, corners).any(axis=1)]
         for side in range(int(shape.faces.max()) + 1):
             local = shape.triangles[shape.faces == side]
             if len(local) == 1:
                 continue
-            place = index.find(field.nodes[:, local].reshape(-1, 3)).reshape(-1, len(local))
+            place = index.find(at_surface[:, local].reshape(-1, 3)).reshape(-1, len(local))
             found = (place >= 0).all(axis=1)
             nodes = [local[k, corner] for k, corner in _NODES[len(local)]]
-            yield place[found], field.nodes[np.ix_(found, nodes)]
+            yield place[found], at_surface[np.ix_(found, nodes)]
