@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 LARGE = 6000  # unknowns from which a solid is solved without a factor
-WORK = 6e8  # multiplications of a factor: fewer are faster than iterations
+WORK = 2e8  # multiplications of a factor: fewer are faster than iterations
 ROUNDS = 300
 MOST = 2e8  # numbers of a factor, of so many bytes with copies: some 8 GB
 BYTES = 40.0
