@@ -1,4 +1,4 @@
-"""Elements whose points are strained by what their nodes do together, not by gradients alone.
+"""Elements the strains of whose points depend on all nodes together, not on gradients alone.
 
 An element has vectors z, which are linear in the places of its nodes, and stores and
 dissipates, per volume V as drawn,

@@ -68,10 +68,10 @@ _GRAPHS = "tissuec.autodiff.graph"
 
 
 def _described(write: "Callable[[str], LoopText]") -> bytes | None:
-    """Return bytes that say what a function writes before it does; None if nothing does.
+    """Return a key of the text that a function writes, without writing it; None without one.
 
-    They are those of its name and arguments, and hold while the files of this package stay as
-    they are.
+    It consists of the name and the arguments of the function, and of the state of the files of
+    this package.
     """
     if not isinstance(write, partial):
         return None

@@ -14,8 +14,9 @@ from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 from tissuec.mechanics.fronts import CholeskyFactor, Fronts
 from tissuec.model.network import Floats, Indices
 
-# Multiplications for a factor by the cubes of nodes that separate halves, and its numbers by
-# their squares; measured for cubes and bars of hexahedra, within 30 %.
+# Multiplications for a factor over the sum of the cubes of the sizes of separators, and numbers
+# of the factor over the sum of their squares; measured for cubes and bars of hexahedra, within
+# 30 %.
 MULTIPLICATIONS, NUMBERS = 60.0, 62.0
 LEAF = 32  # nodes that are not divided further
 
@@ -68,7 +69,8 @@ class Dissection(NamedTuple):
     Attributes:
         nodes: In this order, shape (node,).
         starts: Where those begin that are eliminated together, shape (front,).
-        separators: How many separate two halves, each time, shape (division,).
+        separators: Number of nodes that separate the halves of each division, shape
+            (division,).
     """
 
     nodes: Indices

@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 LARGE = 6000  # unknowns from which a solid is solved without a factor
 WORK = 2e8  # multiplications of a factor: fewer are faster than iterations
 ROUNDS = 300
-MOST = 2e8  # numbers of a factor, of so many bytes with copies: some 8 GB
-BYTES = 40.0
-GENERIC = 1e-6  # of a right-hand side with all motions in it: solved so far, it has seen each
-PRECISE = 1e-10
-STATIONARY = 1e-6  # the same of solutions with a matrix that may be indefinite
+MOST = 2e8  # numbers of the largest factor that is made, of some 8 GB
+BYTES = 40.0  # of each number of a factor, with copies
+# Residuals at which iterations end, as parts of the right-hand side: of one that contains all
+# motions, so that a negative one is noticed; of others; and with a matrix that may be
+# indefinite.
+GENERIC, PRECISE, STATIONARY = 1e-6, 1e-10, 1e-6
 SLOW = 3.0  # times the rounds that a preconditioner took at first: then a new one is made
 
 

@@ -190,7 +190,7 @@ class State(Struct, eq=False):
 
     @property
     def weighing(self) -> Floats:
-        """Return weights over those that masses would have, dimensionless, shape (node,)."""
+        """Return the ratios of weights to those of the masses of nodes, shape (node,)."""
         weighing, own = np.ones(self.network.node_count), self.network.weighing
         if own is not None:
             weighing[: len(own)] = own

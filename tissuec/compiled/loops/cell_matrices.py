@@ -1,7 +1,7 @@
 """Matrices of elements whose points are strained by all nodes together; see ``autodiff.cells``.
 
-With numbers b in between, strains y of points with coefficients q(b), b of vectors w, and w
-linear in nodes, w = Σ N x, second derivatives go from one to the next:
+Strains y of points have coefficients q(b), numbers b depend on vectors w, and these are linear
+in the places of nodes: w = Σ N x. Second derivatives follow by the chain rule:
 
     ∂²E/∂b∂b = Σ ∂y/∂b ∂²W/∂y∂y ∂y/∂b + Σ ∂W/∂q ∂²q/∂b∂b + ∂²U/∂b∂b,
     ∂²E/∂w∂w = ∂b/∂w ∂²E/∂b∂b ∂b/∂w + Σ ∂E/∂b ∂²b/∂w∂w,    ∂²E/∂x∂x = N ∂²E/∂w∂w N.

@@ -1,7 +1,7 @@
 """Loops over elements whose points are strained by all nodes together; see ``autodiff.cells``.
 
-What points add up are forces on coefficients of strains, of which those on nodes follow. Rooms
-of places and velocities have z and dz/dt. Tables have where points are in the place of
+Points add up forces on the coefficients of strains, from which those on nodes follow. Rooms of
+places and velocities contain z and dz/dt. Tables contain the places of points instead of
 gradients of shape functions.
 """
 

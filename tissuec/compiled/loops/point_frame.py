@@ -1,7 +1,7 @@
-"""Loops over elements around the energy at one of their points: what all of them consist of.
+"""The common parts of loops over elements whose points have an energy.
 
 ``LANES`` elements are computed at a time, as in ``loops.frame``. Gradients of shape functions
-are side by side for all lanes; blocks of elements that are alike share them.
+are stored side by side for all lanes, once for all blocks of elements that are alike.
 """
 
 from collections.abc import Callable, Mapping, Sequence, Set

@@ -25,7 +25,7 @@ def refined(scene: Scene, halvings: int, findings: Findings) -> Scene:
     if not solid:
         findings.add(
             "TIS309",
-            "no body consists of elements, so that no mesh can be refined",
+            "no body consists of elements, so no mesh can be refined",
             next(iter(scene.bodies.values())).span,
             hint="a net of springs is as fine as its tissue says; describe the tissue by its "
             "Young's modulus to make it of elements",
@@ -44,9 +44,10 @@ def _halved(body: Body, halvings: int, findings: Findings) -> Generator:
         if not isinstance(mesh, Refinable):
             findings.add(
                 "TIS309",
-                f"the mesh of {body.name} has cells of its own, which cannot be halved",
+                f"the mesh of {body.name} has cells that cannot be halved",
                 body.span,
-                hint="run the scene with a finer file; tissuec compare compares both results",
+                hint="run the scene with a finer mesh file, and compare both results with "
+                "tissuec compare",
             )
             findings.raise_errors()
         mesh = mesh.refined()

@@ -124,13 +124,13 @@ def total(terms: tuple[LoadTerm, ...], time: Floats | float) -> tuple[Floats, Fl
 class Weight(Nodal, frozen=True):
     """Gravity on masses.
 
-    Elements have weights as their nodes share them by the functions of the place, so that they
-    are consistent, and masses with which they turn as the body does.
+    Weights of elements are distributed to nodes by the shape functions, which is consistent.
+    Their masses differ from these, so that the moments of inertia are those of the body.
 
     Attributes:
         mass: [kg], shape (node,); zero where a node is held.
         gravity: g [m/s²], shape (3,).
-        weighing: Weights over those that masses would have, dimensionless, shape (node,).
+        weighing: Ratios of weights to those of the masses, dimensionless, shape (node,).
     """
 
     mass: Floats

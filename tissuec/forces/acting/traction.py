@@ -6,9 +6,9 @@ of the face (see ``enclosed.pressed_faces``), with its mean normal n,
     ∫ N_i dA = Σ ⅓ w_T n · ((x_j - x_i) × (x_k - x_i)) / 2
 
 over the triangles of i: exact on a plane face with straight sides, and of second order in its
-warp on others. A rectangle gives each corner ¼, a triangle ⅓; of a side of a tetrahedron with
-ten nodes, corners get 0 and middles ⅓; of a rectangle of nine nodes, they get 1/36 and 4/36,
-and its middle 16/36.
+warp on others. Corners of a rectangle get ¼ each, those of a triangle ⅓. On a side of a
+tetrahedron with ten nodes, corners get 0 and middles ⅓; on a rectangle of nine nodes, corners
+get 1/36, middles of edges 4/36, and the middle 16/36.
 """
 
 import numpy as np
@@ -19,17 +19,16 @@ from tissuec.model.network import Floats, Indices, Network
 
 
 def area_shares(network: Network, nodes: Indices) -> Floats | None:
-    """Return the part of each node of a set in a force that is even over the set's faces.
+    """Return the share of each node of a set in a force that is even over the set's faces.
 
-    The faces are those of elements and walls all of whose corners are in the set, as drawn, not
-    as deformed.
+    These are the faces, as drawn, of elements and walls whose corners are all in the set.
 
     Args:
         nodes: Of the set, ascending, shape (n,).
 
     Returns:
-        Parts, dimensionless, whose sum is 1, shape (n,); None if the set is no part of a
-        surface: it has no face, a node inside of a body, or consists of whole solid elements.
+        Shares, dimensionless, whose sum is 1, shape (n,); None if the set is not part of a
+        surface: it has no face, has a node inside a body, or contains whole solid elements.
     """
     if not network.elements:
         return None

@@ -34,21 +34,21 @@ def falling(x: Number, thirds: int, least: float) -> Number:
 
 
 def folded(j: Number) -> Number:
-    """Return what is added to g I1 below ``LEAST``, so that it is at least 3 there, too.
+    """Return what is added to g I1 below ``LEAST``, which makes it at least 3 there as well.
 
-    As I1 ≥ 3 |J|^(2/3), it must be at least 3 (1 - g |J|^(2/3)), of which s³ is a bound with
-    s = 1 - J/LEAST; twice as much is enough for g² I2 ≥ 3 g² |J|^(4/3). A polynomial with two
-    continuous derivatives exceeds it, and ends with 3 at J = 0.
+    As I1 ≥ 3 |J|^(2/3), at least 3 (1 - g |J|^(2/3)) is needed. That is at most 3 s³ with
+    s = 1 - J/LEAST; for g² I2 ≥ 3 g² |J|^(4/3), twice as much is enough. The polynomial exceeds
+    3 s³, has two continuous derivatives, and reaches 3 at J = 0.
     """
     s = autodiff.minimum(autodiff.maximum(1.0 - j / LEAST, 0.0), 1.0)
     return 3.0 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
 
 
 def paired(first: Number, second: Number, fold: Number) -> Number:
-    """Return I2 below ``LEAST``, so that there are stretches with both invariants.
+    """Return I2 below ``LEAST``, such that some stretches have both invariants.
 
-    They become those of a curve along which both grow from 3 on, between those of tension and
-    of compression along an axis.
+    Both approach a curve along which they grow from 3 on, between those of tension and of
+    compression along an axis.
 
     Args:
         first, second: Enlarged invariants.

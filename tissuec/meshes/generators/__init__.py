@@ -54,10 +54,10 @@ class Mesh(Struct, frozen=True, eq=False):
             multiplied, shape (spring,); None where each spring gets them as they are.
         shared_by_area: Whether ``shares`` follow the areas of triangles, and not the volumes of
             tetrahedra.
-        sheets: Of nodes that lie one behind the other in a block of cells, shape (sheet, line)
-            for each direction whose sheets can be moved along straight lines.
-        on_shape: Of cells that are larger than they would be with nodes on a round shape, the
-            places of nodes on it [m], shape (node, 3); None of others.
+        sheets: Layers of nodes of a block of cells, shape (sheet, line), for each direction in
+            which layers can be moved along straight lines.
+        on_shape: Places of nodes on the round shape [m], shape (node, 3), if cells were
+            enlarged to have its volume; otherwise None.
         origin: Where it was read from; None for what is generated.
         remarks: What its author should know about it.
     """

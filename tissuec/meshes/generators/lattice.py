@@ -102,10 +102,10 @@ class Lattice(Struct, frozen=True, eq=False):
 
     In a body of elements, cells can differ by direction: ``cell = (4, 4, 1) mm``. They can also
     be finer in a part: within the fine box, their edges are at most as long as the fine cell.
-    Away from it they grow by factors of up to 1.5 until they have the usual length. Planes of
-    fine cells go through the whole block, so that cells beside the fine box are fine in one or
-    two directions. The sides of the box can then have any length. For a layer at a face, the
-    fine box is the layer, and the fine cell is small across it alone.
+    Away from it, cells grow by factors of up to 1.5 until they have the usual length. Planes of
+    nodes extend through the whole block, so cells beside the fine box are fine in one or two
+    directions as well. With a fine box, the sides of the block can have any length. To refine a
+    layer at a face, let the fine box be the layer, and the fine cell small across it only.
 
     Attributes:
         kind: The crystal: sodium chloride (cubic), caesium chloride (body-centred), diamond or

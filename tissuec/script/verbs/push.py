@@ -35,13 +35,13 @@ class EndPush(Struct, frozen=True):
 class Push(VerbSentence, frozen=True):
     """Applies an external force to nodes, for the interval or until ``stop pushing``.
 
-    The force is that on the whole set. On faces of elements or walls, it is even over their
-    area as drawn, such as a pressure in any direction; on edges, points, parts of a volume and
-    nets of springs, or written ``in equal parts``, each node gets the same. With ``on each
-    node``, each node gets all of it. It is written as a vector, or as an amount
-    ``along`` a direction. It is constant or follows the profile after ``using``. Forces on one
-    set add up. ``push`` and ``pull`` mean the same: the force has the direction that is
-    written. A force on a held node acts on whatever holds the node.
+    The force is the total on the set. On faces of elements or walls, it is distributed evenly
+    over their area as drawn, like a pressure of any direction. On edges, points, parts of a
+    volume and nets of springs, or if it is written ``in equal parts``, all nodes get the same
+    share. With ``on each node``, each node gets the whole force. It is written as a vector, or
+    as an amount ``along`` a direction. It is constant or follows the profile after ``using``.
+    Forces on one set add up. ``push`` and ``pull`` mean the same: the force has the direction
+    that is written. A force on a held node acts on whatever holds the node.
     """
 
     meant: ClassVar[str] = "load"

@@ -300,7 +300,7 @@ class BendingCells:
         return weight * rates[:, :, 3]
 
     def turned(self, at: _Bent, piola: Floats, resisting: Floats) -> Floats:
-        """Return what a stress P does, by places [N], shape (cell, 8, 3).
+        """Return the derivatives of Σ w P : F (1 + D) by places [N], shape (cell, 8, 3).
 
         Args:
             piola: w P of the points [J], shape (cell, point, 3, 3).

@@ -512,9 +512,10 @@ def _cofactors(f: Floats) -> Floats:
 
 
 def _folded(j: Any) -> tuple[Any, Any]:
-    """Return what is added to I1 where J is less than ``LEAST``, and its derivative.
+    """Return the increase of the isochoric I1 at J below ``LEAST``, and its derivative by J.
 
-    It is Hermite's polynomial that rises from 0 there to 3 at J = 0 without slopes and bends.
+    It is Hermite's polynomial from 0 at ``LEAST`` to 3 at J = 0, where its first and second
+    derivatives are zero.
     """
     part: Any = np.where(j.real < LEAST, 1.0 - j / LEAST, 0.0)
     part = np.where(part.real > 1.0, 1.0, part)

@@ -1,10 +1,11 @@
 """Hexahedra and wedges whose opposite sides are turned against each other by more than 90°.
 
 The deformation of such an element is described by one mean gradient and a few numbers of
-bending. Turned by the angle θ, opposite sides resist in proportion to the mean of their
-directions: less and less beyond 90°, and from some 115° on a bar lets single layers turn on by
-themselves. At 180° both sides are in line again, and whole turns are lost without any element
-being inside out. So the angle between edges that are parallel as drawn is watched.
+bending. Where opposite sides are turned against each other, they resist in proportion to the
+length of the mean of their directions: less and less beyond 90°. From about 115° on, single
+layers of a bar continue to turn by themselves. At 180° both sides are in line again, and whole
+turns are lost although no element is inside out. Therefore the angles between edges that are
+parallel as drawn are watched.
 """
 
 from itertools import combinations
