@@ -7,7 +7,7 @@ import pytest
 from tissuec.autodiff.graph import Graph
 from tissuec.compiled.generated import _described
 from tissuec.compiled.loops.points import force_loop
-from tissuec.forces.point_fields import written
+from tissuec.forces.point_kernels import written
 from tissuec.forces.solids.solid_point import SolidKind, traced_point
 from tissuec.laws.solid.invariants import NeoHookean, Yeoh
 

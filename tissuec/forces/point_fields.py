@@ -7,7 +7,7 @@ from a ``autodiff.points.TracedPoint`` and ∂N/∂X; see ``solids.elements`` an
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -18,11 +18,8 @@ from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
-from tissuec.compiled.loops.frame import LoopText
 from tissuec.compiled.loops.point_derivatives import pull_loop, push_loop
 from tissuec.compiled.loops.point_frame import PointTable
-from tissuec.compiled.loops.point_matrices import matrix_loop
-from tissuec.compiled.loops.points import force_loop, mean_loop, record_loop
 from tissuec.compiled.loops.tables import recorded, room_for
 from tissuec.core.arrays import irregular
 from tissuec.core.keeping import kept_on_owner
@@ -30,7 +27,15 @@ from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField, young_of
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
 from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
-from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits, measures_of
+from tissuec.forces.point_kernels import (
+    Tracing,
+    derivative_kernel,
+    force_kernel,
+    limit_kernel,
+    matrix_kernel,
+    record_kernel,
+)
+from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
 from tissuec.forces.solids.solid_point import SolidKind
 from tissuec.forces.solids.solid_strain import SolidFibres
@@ -46,8 +51,6 @@ MANY = 2000  # energies of elements, from which on a kernel finds them: it takes
 NEVER = 1e300  # a yield stress instead of an infinite one [Pa]
 # Of a matrix, and of the damping of viscous elements, over an evaluation without tensors.
 _MAKING, _DAMPING = 17.0, 120.0
-#: Returns the traced points of elements of a kind, such as a ``SolidKind``.
-Tracing = Callable[[Any], TracedPoint]
 
 
 class PointField(ElementField, frozen=True, dict=True):
@@ -895,80 +898,3 @@ class PointField(ElementField, frozen=True, dict=True):
             velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
         state = (np.ravel(each).astype(float) for each in (position, velocity))
         kernel(0.0, *state, room.reshape(-1), table)
-
-
-@cache
-def record_kernel(
-    traced: Tracing, kind: SolidKind, name: str, nodes: int, points: int
-) -> tuple[GeneratedKernel, int]:
-    """Return the kernel that records numbers of traced points, and how many there are."""
-    return GeneratedKernel(
-        f"points_{name}", partial(_recording, traced, kind, name, nodes, points)
-    ), len(_numbers_of(traced(kind), name))
-
-
-def _recording(
-    traced: Tracing, kind: SolidKind, name: str, nodes: int, points: int, own: str
-) -> LoopText:
-    """Return the loop that records numbers of points."""
-    point = traced(kind)
-    return record_loop(own, point, _numbers_of(point, name), nodes, points)
-
-
-def _numbers_of(point: TracedPoint, name: str) -> Sequence[Number]:
-    """Return what a point has under a name."""
-    return point.state.seen[name] if name in point.state.seen else getattr(point, name)
-
-
-@cache
-def limit_kernel(
-    traced: Tracing, kind: SolidKind, names: tuple[str, ...], nodes: int, points: int
-) -> GeneratedKernel:
-    """Return the kernel that records what limits of elements are of."""
-    return GeneratedKernel(
-        "points_limits", partial(_measuring, traced, kind, names, nodes, points)
-    )
-
-
-def _measuring(
-    traced: Tracing, kind: SolidKind, names: tuple[str, ...], nodes: int, points: int, own: str
-) -> LoopText:
-    """Return the loop that records what limits are of."""
-    point = traced(kind)
-    every = measures_of(point)
-    return mean_loop(own, point, [every[name] for name in names], nodes, points)
-
-
-def written(
-    loop: Callable[..., LoopText], traced: Tracing, kind: Any, *arguments: Any
-) -> LoopText:
-    """Return a loop over elements of a kind; its name is the last of the arguments."""
-    *rest, name = arguments
-    return loop(name, traced(kind), *rest)
-
-
-@cache
-def force_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
-    """Return the kernel that adds forces, rates and powers of elements."""
-    return GeneratedKernel(
-        "points_forces", partial(written, force_loop, traced, kind, nodes, points)
-    )
-
-
-@cache
-def matrix_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
-    """Return the kernel that adds the matrices of elements to the blocks of a matrix."""
-    return GeneratedKernel(
-        "points_matrices", partial(written, matrix_loop, traced, kind, nodes, points)
-    )
-
-
-@cache
-def derivative_kernel(
-    loop: Callable[..., LoopText], traced: Tracing, kind: Any, learnt: tuple[str, ...],
-    nodes: int, points: int,
-) -> GeneratedKernel:  # fmt: skip
-    """Return the kernel of ``pull_loop`` or ``push_loop``."""
-    return GeneratedKernel(
-        f"points_{loop.__name__}", partial(written, loop, traced, kind, learnt, nodes, points)
-    )

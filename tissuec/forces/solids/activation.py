@@ -34,7 +34,7 @@ from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.fields import SECONDS, Items, WalledField
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
-from tissuec.forces.point_fields import derivative_kernel, force_kernel
+from tissuec.forces.point_kernels import derivative_kernel, force_kernel
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network

@@ -43,7 +43,8 @@ from tissuec.autodiff.tensors import PLACES
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import numbered_laws
-from tissuec.forces.point_fields import PointField, Tracing
+from tissuec.forces.point_fields import PointField
+from tissuec.forces.point_kernels import Tracing
 from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.element_memory import Branches, ElementYield
 from tissuec.forces.solids.solid_point import traced_point

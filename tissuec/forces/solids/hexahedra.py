@@ -18,7 +18,7 @@ from tissuec.compiled.loops.cell_matrices import column_loop, strain_loop
 from tissuec.compiled.loops.point_frame import PointTable
 from tissuec.core.structs import replace
 from tissuec.forces.matrices import BlockPattern, without_negative
-from tissuec.forces.point_fields import matrix_kernel, written
+from tissuec.forces.point_kernels import matrix_kernel, written
 from tissuec.forces.solids.elements import SolidElements
 from tissuec.forces.solids.solid_point import SolidKind, evened
 from tissuec.forces.solids.solid_strain import Prestretch
