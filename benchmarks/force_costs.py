@@ -114,17 +114,23 @@ def compiled_scene(entries: dict[str, str]) -> Compiled:
 
 
 class Timed:
-    """A scene whose evaluations of forces are timed again and again."""
+    """A scene whose evaluations of forces are timed again and again.
 
-    def __init__(self, compiled: Compiled):
+    Args:
+        steps: Of each measurement; None for as many as take ``LASTS``.
+    """
+
+    def __init__(self, compiled: Compiled, steps: int | None = None):
         self.state = state_at_start(compiled)
         asked = Method("velocity verlet", None, STEP, 1.0)
         self._engine = Engine(
             self.state.network, asked, np.zeros(0), lambda samples: None, backend="compiled"
         )
-        self._until, self._steps = 10.0 * STEP, 10
+        self._steps = steps or 10
+        self._until = self._steps * STEP
         self._engine.advance(self.state, self._until)
-        self._steps = max(STEPS, int(LASTS / self.seconds()))
+        if steps is None:
+            self._steps = max(STEPS, int(LASTS / self.seconds()))
 
     def seconds(self) -> float:
         """Return the processor time of an evaluation [s]."""

@@ -3,43 +3,17 @@
 Medians of processor times. Takes a minute.
 """
 
-import time
 from statistics import median
 
 import click
-import numpy as np
 
-from benchmarks.force_costs import SOLID, STEP, compiled_scene
+from benchmarks.force_costs import SOLID, Timed, compiled_scene
 from benchmarks.publishing import publish, write_option
-from tissuec.compiler.compile import Compiled
-from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core.markdown import table
-from tissuec.engine.engine import Engine
-from tissuec.engine.method import Method
 
 REPEATS = 15
 EVALUATIONS = 2e5  # of one element, in one measurement
 CELLS = (12, 24, 47)
-
-
-class _Engine:
-    def __init__(self, compiled: Compiled):
-        self.state = state_at_start(compiled)
-        method = Method("velocity verlet", None, STEP, 1.0, threads=1)
-        self.engine = Engine(
-            self.state.network, method, np.zeros(0), lambda samples: None, backend="compiled"
-        )
-        self.until = STEP
-        self.engine.advance(self.state, self.until)
-
-    def seconds(self, steps: int) -> float:
-        """Return the processor time of an evaluation [s]."""
-        before = self.engine.statistics.evaluations
-        self.until += steps * STEP
-        begun = time.process_time()
-        self.engine.advance(self.state, self.until)
-        spent = time.process_time() - begun
-        return spent / (self.engine.statistics.evaluations - before)
 
 
 def measure(cells: int) -> list[str]:
@@ -47,10 +21,8 @@ def measure(cells: int) -> list[str]:
     compiled = compiled_scene(
         {"mesh": SOLID["mesh"].replace("24, 24, 24", ", ".join([str(2 * cells)] * 3))}
     )
-    count, steps = cells**3, max(4, int(EVALUATIONS / cells**3))
-    engine = _Engine(compiled)
-    engine.seconds(4)
-    found = median(engine.seconds(steps) for _ in range(REPEATS))
+    count, timed = cells**3, Timed(compiled, max(4, int(EVALUATIONS / cells**3)))
+    found = median(timed.seconds() for _ in range(REPEATS))
     return [f"{cells}³", str(count), f"{1e9 * found / count:.0f} ns"]
 
 

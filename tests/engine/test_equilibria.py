@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import tissuec
+from tests.counting import counted
 from tests.engine.test_quasistatic import DRAWN, drawn_out
 from tests.hand_net import make_net, table
 from tests.hand_plan import carry_out, event, make_plan, when
@@ -180,11 +181,7 @@ def test_a_search_beyond_a_limit_point_ends_soon(monkeypatch):
     script { from 0 s to 1 s: press inside of balloon with 1 kPa using ramp }
     simulate { duration = 1 s; integrator is equilibrium }
     """
-    steps = []
-    asked = newton.tangent_at
-    monkeypatch.setattr(
-        newton, "tangent_at", lambda *each, **more: steps.append(1) or asked(*each, **more)
-    )
+    steps = counted(monkeypatch, newton, "tangent_at")
     compiled = compiled_scene(scene)
     outcome, _ = carry_out(compiled.network, compiled.plan)
     shear = 100e3 / (2.0 * 1.49)

@@ -9,35 +9,41 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import tissuec
+from tests.counting import counted
 from tests.engine.test_equilibria import carry_out, compiled_scene
 from tissuec.engine import equilibria
 from tissuec.mechanics import newton
 
-COLUMN = """language 1
-tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.45; density = 1000 kg/m^3 }
-body mast {
-  mesh is lattice { cell = 2.5 mm; box from (0, 0, 0) mm to (5, 5, 40) mm }; tissue is gel
-}
-set foot = nodes of mast where z < 0.01 mm
-set head = nodes of mast where z > 39.99 mm
-environment { gravity = (0, 0, 0) m/s^2 }
-script {
-  at 0 s: fix foot
-  from 0 s to 1 s: push head with (0, 0, -1) mN using ramp
-}
-simulate { duration = 1 s; integrator is equilibrium; step = 50 ms }
-output { position of head every 0.05 s }
+BLOCK = """language 1
+tissue gel {{ Young's modulus = 10 kPa; Poisson's ratio = {ratio}; density = 1000 kg/m^3 }}
+body block {{
+  mesh is lattice {{ cell = {cell} mm; box from (0, 0, 0) mm to ({wide}, {wide}, {high}) mm }}
+  tissue is gel
+}}
+set low = nodes of block where z < 0.01 mm
+set high = nodes of block where z > {high} mm - 0.01 mm
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{
+  at 0 s: {{ fix low; {start} }}
+  from 0 s to 1 s: {order}
+}}
+simulate {{ duration = 1 s; integrator is equilibrium; step = 50 ms }}
+output {{ position of high every 50 ms }}
 """
+COLUMN = BLOCK.format(
+    ratio=0.45, cell=2.5, wide=5, high=40, start="",
+    order="push high with (0, 0, -1) mN using ramp",
+)  # fmt: skip
+SQUASH = BLOCK.format(
+    ratio=0.3, cell=5, wide=10, high=10, start="hold high",
+    order="move high by (0, 0, -9.5) mm using constant speed",
+)  # fmt: skip
 
 
 @pytest.fixture
 def matrices(monkeypatch):
     """Return a list that grows with each matrix of Newton's method."""
-    made, given = [], newton.tangent_at
-    monkeypatch.setattr(
-        newton, "tangent_at", lambda *each, **more: made.append(1) or given(*each, **more)
-    )
-    return made
+    return counted(monkeypatch, newton, "tangent_at")
 
 
 def test_a_column_under_a_dead_load_buckles_to_the_elastica(matrices):
@@ -120,23 +126,6 @@ def test_an_arch_snaps_at_the_largest_force_of_one_that_is_moved(tmp_path, matri
     assert energy["work"] == pytest.approx(both, rel=1e-9)
     # 20 halvings of a step; a snap takes 20 matrices.
     assert len(matrices) < 20 * 20 + 150
-
-
-SQUASH = """language 1
-tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }
-body cube {
-  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, 10) mm }; tissue is gel
-}
-set low = nodes of cube where z < 0.01 mm
-set high = nodes of cube where z > 9.99 mm
-environment { gravity = (0, 0, 0) m/s^2 }
-script {
-  at 0 s: { fix low; hold high }
-  from 0 s to 1 s: move high by (0, 0, -9.5) mm using constant speed
-}
-simulate { duration = 1 s; integrator is equilibrium; step = 50 ms }
-output { force of high every 50 ms }
-"""
 
 
 def test_a_cube_is_squashed_to_a_twentieth(tmp_path, matrices):

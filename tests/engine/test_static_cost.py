@@ -5,6 +5,7 @@ from time import process_time
 import pytest
 
 import tissuec
+from tests.counting import counted
 from tissuec.compiler.checks import starts
 from tissuec.compiler.prediction import predict
 from tissuec.compiler.script.initial_state import state_at_start
@@ -26,19 +27,9 @@ output {{ force(top) every {every} }}
 """
 
 
-def counted_factors(monkeypatch) -> list[int]:
-    """Count the factors of equilibria from now on."""
-    made: list[int] = []
-    given = Inverses.of
-    monkeypatch.setattr(
-        Inverses, "of", lambda self, matrix: made.append(1) or given(self, matrix)
-    )
-    return made
-
-
 @pytest.mark.parametrize("every", ["0.25 s", "0.1 s"])
 def test_equilibria_and_steps_are_foretold_within_a_factor_of_two(every, monkeypatch):
-    solved = counted_factors(monkeypatch)
+    solved = counted(monkeypatch, Inverses, "of")
     text = BLOCK.format(cell="10 mm", every=every)
     static = predict(tissuec.compile(text)).static
     done = tissuec.run(text, companion="off").manifest["statistics"]["accepted"]
@@ -86,7 +77,7 @@ def test_slender_bodies_take_more_steps_to_settle(shape, monkeypatch):
     """They are 3 or 4 in a block, and about 20 in what bends far."""
     mesh, wall = SHAPES[shape]
     compiled = tissuec.compile(SETTLED.format(mesh=mesh, wall=wall))
-    static, solved = predict(compiled).static, counted_factors(monkeypatch)
+    static, solved = predict(compiled).static, counted(monkeypatch, Inverses, "of")
     state = state_at_start(compiled)
     state.place_held()
     settling.settle(state, ~state.held)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.counting import counted
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.mechanics import inverses
 from tissuec.mechanics.balance import Balance
@@ -47,15 +48,7 @@ def iterates(monkeypatch):
     """Use iterations for nets of any size; count the solutions."""
     monkeypatch.setattr(inverses, "LARGE", 0)
     monkeypatch.setattr(inverses, "WORK", 0.0)
-    solved = []
-    given = Iterations.downhill
-
-    def counting(self, *asked):
-        solved.append(1)
-        return given(self, *asked)
-
-    monkeypatch.setattr(Iterations, "downhill", counting)
-    return solved
+    return counted(monkeypatch, Iterations, "downhill")
 
 
 def test_an_aggregate_of_multigrid_is_a_node_and_its_neighbours():
