@@ -131,6 +131,20 @@ def rigid_motions(position: Floats) -> Floats:
     return found
 
 
+ALIKE = 1e-12  # of the largest coordinate: differences of elements that are rounding
+
+
+def are_alike(corners: Floats) -> bool:
+    """Return whether all elements are the same but for their place, up to rounding.
+
+    Args:
+        corners: Positions of their nodes, shape (element, node, 3).
+    """
+    own = corners - corners[:, :1]
+    apart = float(np.abs(own - own[:1]).max(initial=0.0))
+    return apart <= ALIKE * float(np.abs(corners).max(initial=0.0))
+
+
 def cross(one: Floats, other: Floats) -> Floats:
     """Return the products one × other, in any units, shape (…, 3), twice as fast as NumPy."""
     shape = np.broadcast_shapes(one.shape, other.shape)

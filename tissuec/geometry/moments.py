@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.core.arrays import are_alike
 from tissuec.geometry.elements import (
     CUBE_27,
     GAUSS,
@@ -25,8 +26,6 @@ from tissuec.geometry.elements import (
     trilinear,
 )
 from tissuec.model.network import Floats
-
-_ALIKE = 1e-13  # of the largest coordinate: differences of equal elements are rounding
 
 
 class SolidMoments(NamedTuple):
@@ -90,7 +89,7 @@ def moments(shape: str, corners: Floats) -> SolidMoments:
     """
     first = corners[:, 0]
     own = corners - first[:, None]
-    alike = np.abs(own - own[:1]).max(initial=0.0) <= _ALIKE * np.abs(corners).max(initial=0.0)
+    alike = are_alike(corners)
     found = _moments(_RULES[shape], own[:1] if alike else own)
     if alike:
         found = SolidMoments(*(np.repeat(each, len(own), axis=0) for each in found))

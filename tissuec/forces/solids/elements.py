@@ -40,6 +40,7 @@ from numpy.typing import NDArray
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import TracedPoint
 from tissuec.autodiff.tensors import PLACES
+from tissuec.core.arrays import are_alike
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import numbered_laws
@@ -55,7 +56,6 @@ from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
-_ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 4.5e-9  # of one evaluation of a point, for each of its nodes
 _TENSOR_SECONDS = 6e-8  # and for each branch, or where it yields
 
@@ -365,7 +365,6 @@ def _measured(shape: ElementShape, corners: Floats) -> tuple[Measures, Indices]:
     """
     if not len(corners):
         return Measures.of(shape, corners), np.zeros(0, dtype=np.int64)
-    own = corners - corners[:, :1]
-    if np.abs(own - own[0]).max() <= _ALIKE * max(float(np.abs(corners).max()), 1e-300):
+    if are_alike(corners):
         return Measures.of(shape, corners[:1]), np.zeros(len(corners), dtype=np.int64)
     return Measures.of(shape, corners), np.arange(len(corners))
