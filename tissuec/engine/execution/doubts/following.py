@@ -134,7 +134,7 @@ class ElementFollower:
 
         Args:
             state: As of ``Watch.look``.
-            body: The body.
+            body: With the elements.
             count: Elements that are found now.
             place: Where the first one is.
         """
