@@ -138,7 +138,7 @@ def are_alike(corners: Floats) -> bool:
     """Return whether all elements are the same but for their place, up to rounding.
 
     Args:
-        corners: Positions of their nodes, shape (element, node, 3).
+        corners: Positions of their nodes in any unit, shape (element, node, 3).
     """
     own = corners - corners[:, :1]
     apart = float(np.abs(own - own[:1]).max(initial=0.0))

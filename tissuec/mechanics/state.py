@@ -190,7 +190,7 @@ class State(Struct, eq=False):
 
     @property
     def weighing(self) -> Floats:
-        """Return the ratios of weights to those of the masses of nodes, shape (node,)."""
+        """Return the dimensionless ratio of weight to mass times gravity, shape (node,)."""
         weighing, own = np.ones(self.network.node_count), self.network.weighing
         if own is not None:
             weighing[: len(own)] = own

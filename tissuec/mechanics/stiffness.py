@@ -57,7 +57,7 @@ class SparseFactor:
 
     @cached_property
     def pivots(self) -> Floats:
-        """Return the pivots, shape (n,)."""
+        """Return the pivots in the unit of S, shape (n,)."""
         return self._factor.U.diagonal()
 
     @property
@@ -72,7 +72,7 @@ class SparseFactor:
         return not np.array_equal(self._factor.perm_r, self._factor.perm_c)
 
     def solve(self, vectors: Floats, way: Literal["N", "T"] = "N") -> Floats:
-        """Return S⁻¹, or with "T" its transpose, times vectors, shape of these."""
+        """Return S⁻¹, or with "T" its transpose, times vectors in any unit, shape of these."""
         solve = cast(Any, self._factor.solve)  # the stub knows "N" only
         if self._order is None:
             return np.asarray(solve(vectors, way), dtype=float)

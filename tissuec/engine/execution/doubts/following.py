@@ -103,7 +103,8 @@ class FollowedBody:
         """Return an examination, and where the first element is, as drawn; "" without any.
 
         Args:
-            position, alive: As of ``ElementTest.found``.
+            position: Of all nodes [m], shape (node, 3).
+            alive: False for springs that were cut or broke, shape (spring,).
         """
         found = [test.found(position, alive) for test in self._tests]
         count = sum(len(numbers) for numbers, _ in found)
