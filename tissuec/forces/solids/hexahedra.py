@@ -116,7 +116,7 @@ class Hexahedra(SolidElements, frozen=True):
         needed, begins = point.needed_by(point.graph.inputs_of(outputs)), cell.begins
         some = [q for k in needed for q in range(begins[k], begins[k + 1])]
         wanted = [*(cell.strains[q] for q in some), cell.swell, cell.energy]
-        *found, swell, alone = evaluate(wanted, self._of_cell(position) | numbers)
+        *found, swell, alone = evaluate(wanted, {**self._of_cell(position), **numbers})
         values = {"swell": swell, _ALONE: alone}
         for k in needed:
             own = [found[some.index(q)] for q in range(begins[k], begins[k + 1])]

@@ -77,7 +77,7 @@ class _Edges(Struct, eq=False):
         one, other = self.pairs.T
         cosine = dot(along[:, one], along[:, other])
         both = length[:, one] * length[:, other]
-        is_turned = (cosine < 0.0).any(axis=1)
+        is_turned = np.asarray((cosine < 0.0).any(axis=1))
         is_turned[self.field.lost_items(alive)] = False
         room = np.arcsin(np.clip(cosine / np.where(both > 0.0, both, 1.0), 0.0, 1.0))
         shortest = np.minimum(length[:, one], length[:, other])
