@@ -10,12 +10,12 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import spsolve
 
 from tests.derivatives import forces
-from tests.forces.test_elements import SPAN
+from tests.forces.test_elements import SPAN, with_flat_sides
 from tests.forces.test_elements import mesh as distorted
 from tests.laws.test_solid_laws import SAMPLES
 from tissuec.core.structs import replace
+from tissuec.forces.solids.bent_elements import kind_of
 from tissuec.forces.solids.elements import SolidMaterial
-from tissuec.forces.solids.hexahedra import kind_of
 from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
 from tissuec.geometry.bent_cells import BentCells
 from tissuec.geometry.elements import SHAPES
@@ -157,6 +157,8 @@ def test_bars_resist_torsion_as_st_venant_says(across, bound):
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.4999])
 def test_distorted_elements_pass_the_patch_test(shape, poisson):
     places, nodes = distorted(shape, cells=3, displaced=0.3)
+    if shape == "wedge":
+        places = with_flat_sides(places)
     elements = made_of(shape, places, nodes, poisson)
     inside = ((places > 1e-9) & (places < 0.02 - 1e-9)).all(axis=1)
     stretch = np.array([[1.2, 0.1, -0.05], [0.0, 0.9, 0.15], [0.1, -0.1, 1.05]])

@@ -8,9 +8,9 @@ from tests.forces.test_elements import LAWS, SHEAR, SPAN, deformed, fibres_of, m
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Graph
 from tissuec.core.structs import replace
+from tissuec.forces.solids.bent_elements import kind_of
 from tissuec.forces.solids.element_limits import ElementLimits
 from tissuec.forces.solids.elements import SolidMaterial
-from tissuec.forces.solids.hexahedra import kind_of
 from tissuec.forces.solids.solid_point import grown
 from tissuec.forces.solids.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES

@@ -11,8 +11,8 @@ import pytest
 
 from tests.derivatives import forces
 from tests.forces.test_elements import SPAN, deformed, mesh
+from tissuec.forces.solids.bent_elements import kind_of
 from tissuec.forces.solids.elements import SolidMaterial
-from tissuec.forces.solids.hexahedra import kind_of
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean
 

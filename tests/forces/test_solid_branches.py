@@ -19,9 +19,9 @@ from tests.forces.remembering import (
     with_hidden_nodes,
 )
 from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
+from tissuec.forces.solids.bent_elements import kind_of
 from tissuec.forces.solids.element_memory import Branches
 from tissuec.forces.solids.elements import SolidMaterial
-from tissuec.forces.solids.hexahedra import kind_of
 from tissuec.forces.solids.solid_strain import Prestretch
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import MooneyRivlin

@@ -1,4 +1,4 @@
-"""Hexahedra as drawn, by their mean gradients and the ways in which they bend.
+"""Cells as drawn, by their mean gradients and the ways in which they bend.
 
 With the natural coordinates ξ of the nodes, -1 or 1, the edges and modes of a hexahedron are
 
@@ -9,28 +9,96 @@ of A^k. With r_k = Σ ξ_k x/8 and q_h = Σ h x/8 of nodes x, F = Σ x_a ⊗ b_a
 
     F A_k = r_k + Σ_h (Σ h b·A_k) (q_h - Σ_m (Σ h X/8·A^m) r_m).
 
-See ``forces.solids.bent_cell`` for what follows from them. (Mean gradients, and modes
+Wedges are in ``geometry.bent_wedges``; see ``forces.solids.bent_cell`` for what follows from
+both. (Mean gradients, and modes
 that uniform strain leaves at rest: D. P. Flanagan, T. Belytschko, Int. J. Numer. Meth. Eng.
 17:679, 1981.)
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.autodiff.cells import TERMS
 from tissuec.autodiff.tensors import PLACES
-from tissuec.geometry.elements import CUBE, SHAPES
+from tissuec.geometry.elements import CUBE, SHAPES, ElementShape
 from tissuec.model.network import Floats
+
+
+class CellForm(NamedTuple):
+    """The natural coordinates of cells of one shape.
+
+    Means of squares of coordinates over all points are 1/3, and those of other products 0.
+
+    Attributes:
+        shares: Of the nodes in r_k and q_h, shape (vector, node).
+        points: Of which each stands for an equal part of the volume, shape (point, 3).
+        volume: In natural coordinates.
+        products: Of two coordinates i <= j at the points: factors of ``TERMS`` by place.
+    """
+
+    shares: Floats
+    points: Floats
+    volume: float
+    products: Mapping[tuple[int, int], Mapping[int, float]]
+
+    @property
+    def terms(self) -> list[Floats]:
+        """Return ``TERMS`` at all points, shape (point,) each."""
+        return [self.points[:, list(axes)].prod(axis=1) for axes in TERMS]
+
+    def measured(self, shape: ElementShape, corners: Floats) -> "DrawnCells":
+        """Return edges and modes of cells as drawn.
+
+        Args:
+            shape: Of the cells.
+            corners: Of their nodes [m], shape (cell, node, 3).
+        """
+        sides = shape.sides(corners)
+        size = np.linalg.det(sides) * shape.weights
+        volume = size.sum(axis=1)
+        mean = np.einsum("qak,eqkx,eq->eax", shape.gradients, np.linalg.inv(sides), size)
+        vectors = np.einsum("va,eax->evx", self.shares, corners)
+        edges, modes = vectors[:, :3].swapaxes(1, 2), vectors[:, 3:]
+        dual = np.asarray(np.linalg.inv(edges), dtype=float)  # rows
+        by_mode = self.shares[3:] / (self.shares[3:] ** 2).sum(axis=1)[:, None]
+        slopes = np.einsum("ha,eax->ehx", by_mode, mean / volume[:, None, None])
+        return DrawnCells(
+            edges, modes, dual, modes @ dual.swapaxes(1, 2), slopes @ edges, volume
+        )
+
+
+class DrawnCells(NamedTuple):
+    """Edges and modes of cells; each attribute has a row for each cell.
+
+    Attributes:
+        edges: A_k [m], shape (cell, 3, 3), by component and k.
+        modes: Σ h X / 8 [m], shape (cell, mode, 3).
+        dual: A^k [1/m], shape (cell, 3, 3), by k and component.
+        parts: Of modes, m_k in Σ m_k A_k, shape (cell, mode, 3).
+        slant: Σ h b·A_k of all modes, shape (cell, mode, 3).
+        volume: V [m³], shape (cell,).
+    """
+
+    edges: Floats
+    modes: Floats
+    dual: Floats
+    parts: Floats
+    slant: Floats
+    volume: Floats
+
 
 #: Modes at the nodes.
 MODES = np.stack(
     [CUBE[:, 1] * CUBE[:, 2], CUBE[:, 2] * CUBE[:, 0], CUBE[:, 0] * CUBE[:, 1],
      CUBE.prod(axis=1)]
 )  # fmt: skip
-#: Of the nodes in r_k and q_h.
-SHARES = np.vstack([CUBE.T, MODES]) / 8.0
-#: Natural coordinates of the points, of which each stands for an eighth of the volume.
-POINTS = CUBE / np.sqrt(3.0)
+HEXAHEDRON = CellForm(
+    np.vstack([CUBE.T, MODES]) / 8.0, CUBE / np.sqrt(3.0), 8.0,
+    {(0, 0): {0: 1.0 / 3.0}, (1, 1): {0: 1.0 / 3.0}, (2, 2): {0: 1.0 / 3.0},
+     (1, 2): {4: 1.0}, (0, 2): {5: 1.0}, (0, 1): {6: 1.0}},
+)  # fmt: skip
 #: The two directions of the plane across each.
 ACROSS = ((1, 2), (2, 0), (0, 1))
 #: Part of a twist about one direction that those about the others take over: a single cell and
@@ -85,42 +153,16 @@ class BentCells(NamedTuple):
         Args:
             corners: Of their nodes [m], shape (cell, node, 3).
         """
-        shape, count = SHAPES["hexahedron"], len(corners)
-        sides = shape.sides(corners)
-        size = np.linalg.det(sides)
-        volume = size.sum(axis=1)
-        inverse = np.linalg.inv(sides)
-        mean = np.einsum("qak,eqkx,eq->eax", shape.gradients, inverse, size)
-        mean = mean / volume[:, None, None]
-        edges = np.einsum("ak,eax->exk", CUBE, corners) / 8.0
-        modes = np.einsum("ha,eax->ehx", MODES, corners) / 8.0
-        dual = np.asarray(np.linalg.inv(edges), dtype=float)  # rows
-        square = (edges**2).sum(axis=1)
-        bend, trace = np.empty((count, 3, 3, 6)), np.empty((count, 3, 3))
-        lateral, skew = np.empty((count, 3, 6)), np.empty((count, 3, 2))
-        for k, (i, j) in enumerate(ACROSS):
-            normal = dual[:, k] / np.linalg.norm(dual[:, k], axis=1)[:, None]
-            p, q = (
-                dual[:, m] - np.einsum("ex,ex->e", dual[:, m], normal)[:, None] * normal
-                for m in (i, j)
-            )
-            pairs = (p, p), (q, q), (p, q)
-            for c, (one, other) in enumerate(pairs):
-                outer = np.einsum("ex,ey->exy", one, other)
-                whole = outer if c < 2 else outer + outer.swapaxes(1, 2)
-                trace[:, k, c] = np.trace(whole, axis1=1, axis2=2)
-                part = whole - trace[:, k, c, None, None] / 3.0 * np.eye(3)
-                bend[:, k, c] = _half(part)
-            out = np.eye(3) / 3.0 - np.einsum("ex,ey->exy", normal, normal)
-            lateral[:, k] = _half(out)
-            over = (dual[:, k] ** 2).sum(axis=1)
-            for n, m in enumerate((i, j)):
-                skew[:, k, n] = np.einsum("ex,ex->e", dual[:, m], dual[:, k]) / over
-        slant = np.einsum("ha,eax->ehx", MODES, mean) @ edges
+        drawn = HEXAHEDRON.measured(SHAPES["hexahedron"], corners)
+        square = (drawn.edges**2).sum(axis=1)
+        planes = [BentPlane.across(k, drawn.dual) for k in range(3)]
+        bend, trace, lateral, skew = (
+            np.stack(each, axis=1) for each in zip(*planes, strict=True)
+        )
         return cls(
-            modes @ dual.swapaxes(1, 2), dual, slant, 1.0 / square,
-            bend, trace, lateral, _twists(square), skew, _slopes(edges, modes), volume,
-            (dual**2).sum(axis=(1, 2)),
+            drawn.parts, drawn.dual, drawn.slant, 1.0 / square, bend, trace, lateral,
+            _twists(square), skew, volume_slopes(drawn), drawn.volume,
+            (drawn.dual**2).sum(axis=(1, 2)),
         )  # fmt: skip
 
     @property
@@ -161,21 +203,69 @@ def _twists(square: Floats) -> Floats:
     return root * unit[:, :, None] / unit[:, None, :]
 
 
-def _half(tensors: Floats) -> Floats:
+class BentPlane(NamedTuple):
+    """How cells bend in a plane; each attribute has a row for each cell.
+
+    Attributes:
+        bend, trace, lateral, skew: As of ``BentCells``, of one plane.
+    """
+
+    bend: Floats
+    trace: Floats
+    lateral: Floats
+    skew: Floats
+
+    @classmethod
+    def across(cls, k: int, dual: Floats) -> "BentPlane":
+        """Return the plane across a direction.
+
+        Args:
+            k: Number of the direction.
+            dual: A^k [1/m], shape (cell, 3, 3).
+        """
+        i, j = ACROSS[k]
+        normal = dual[:, k] / np.linalg.norm(dual[:, k], axis=1)[:, None]
+        p, q = (within(dual[:, m], normal) for m in (i, j))
+        bends, traces = zip(
+            *(even_part(*each) for each in ((p, p), (q, q), (p, q))), strict=True
+        )
+        out = np.eye(3) / 3.0 - np.einsum("ex,ey->exy", normal, normal)
+        over = (dual[:, k] ** 2).sum(axis=1)
+        skew = [np.einsum("ex,ex->e", dual[:, m], dual[:, k]) / over for m in (i, j)]
+        return cls(
+            np.stack(bends, axis=1), np.stack(traces, axis=1), half(out), np.stack(skew, axis=1)
+        )
+
+
+def within(vectors: Floats, normal: Floats) -> Floats:
+    """Return vectors without their parts along unit normals, shape (cell, 3) each."""
+    return vectors - np.einsum("ex,ex->e", vectors, normal)[:, None] * normal
+
+
+def even_part(one: Floats, other: Floats) -> tuple[Floats, Floats]:
+    """Return what two vectors stretch, without its trace, shape (cell, 6); and the trace.
+
+    It is their outer product, plus its transpose if they differ.
+    """
+    outer = np.einsum("ex,ey->exy", one, other)
+    whole = outer if one is other else outer + outer.swapaxes(1, 2)
+    trace = np.trace(whole, axis1=1, axis2=2)
+    return half(whole - trace[:, None, None] / 3.0 * np.eye(3)), trace
+
+
+def half(tensors: Floats) -> Floats:
     """Return the numbers of symmetric tensors in any unit, shape (cell, 6)."""
     return np.stack([tensors[:, m, n] for m, n in PLACES[3]], axis=1)
 
 
-def _slopes(edges: Floats, modes: Floats) -> Floats:
-    """Return the slopes of det ∂X/∂ξ at the centre [m³], shape (cell, 3).
-
-    Args:
-        edges, modes: As of ``BentCells``.
-    """
-    sides, found = edges.swapaxes(1, 2), np.empty((len(edges), 3))
+def volume_slopes(drawn: DrawnCells) -> Floats:
+    """Return the slopes of det ∂X/∂ξ at the centre [m³], shape (cell, 3)."""
+    sides, modes = drawn.edges.swapaxes(1, 2), drawn.modes
+    found = np.zeros((len(sides), 3))
     for k, (i, j) in enumerate(ACROSS):
         # Edge m changes along ξ_k by the mode of the two.
-        one = np.cross(sides[:, j], sides[:, k])
-        other = np.cross(sides[:, k], sides[:, i])
-        found[:, k] = (modes[:, j] * one + modes[:, i] * other).sum(axis=1)
+        for mode, side in ((j, (j, k)), (i, (k, i))):
+            if mode < modes.shape[1]:
+                across = np.cross(sides[:, side[0]], sides[:, side[1]])
+                found[:, k] += (modes[:, mode] * across).sum(axis=1)
     return found

@@ -236,7 +236,7 @@ def _wedge() -> ElementShape:
     edges = [(0, 1), (1, 2), (0, 2), (3, 4), (4, 5), (3, 5), (0, 3), (1, 4), (2, 5)]
     return ElementShape(
         "wedge", at.gradients, np.full(6, 1.0 / 6.0), at.values, np.array(edges),
-        np.array(triangles), np.array([0, 1, 2, 2, 3, 3, 4, 4]),
+        np.array(triangles), np.array([0, 1, 2, 2, 3, 3, 4, 4]), bends=True,
     )  # fmt: skip
 
 

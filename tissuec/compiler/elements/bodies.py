@@ -513,7 +513,7 @@ def _block(
 
         wall = cast("MembraneMaterial", material)
         return Membranes.of(elements.body, nodes, position, wall, *springs).block
-    from tissuec.forces.solids.hexahedra import kind_of
+    from tissuec.forces.solids.bent_elements import kind_of
 
     shape, solid = SHAPES[elements.shape], cast("SolidMaterial", material)
     return kind_of(shape).of(elements.body, shape, nodes, position, solid, *springs).block

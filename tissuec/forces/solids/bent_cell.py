@@ -41,14 +41,15 @@ patch test do: R. H. MacNeal, Finite Elem. Anal. Des. 11:175, 1992.)
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple, TypeVar
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Tensor, Vector
 from tissuec.autodiff.graph import Operand
 from tissuec.autodiff.tensors import PLACES
-from tissuec.geometry.bent_cells import ACROSS, SHARES
+from tissuec.geometry.bent_cells import ACROSS, HEXAHEDRON, CellForm
 
+_Linear = TypeVar("_Linear", Number, Tensor)
 LEAST_SQUARE = 0.16  # of |e_k|/|A_k|, so that flat cells have finite curvatures
 GUARD = 0.2  # ratio of volumes below which modes resist
 _TINY = 1e-12  # of what is under a root
@@ -62,34 +63,51 @@ class CurvedStrain:
         bends: D_1 to D_3.
         uneven: A.
         mean: F.
+        cell: Of which these are.
     """
 
-    def __init__(self, right: Tensor, bends: Sequence[Tensor], uneven: Tensor, mean: Tensor):
+    def __init__(
+        self, right: Tensor, bends: Sequence[Tensor], uneven: Tensor, mean: Tensor,
+        cell: CellForm,
+    ):  # fmt: skip
         self._right, self._bends, self._mean = right, bends, mean
+        self._products = cell.products
         self._turned = [right @ each for each in bends]
         self._uneven = autodiff.symmetric_part(uneven @ right)
 
     @property
     def trace(self) -> list[Number]:
         """Return tr C."""
-        # Mean squares of natural coordinates are 1/3, and C has D squared twice.
-        pairs = zip(self._turned, self._bends, strict=True)
-        both = sum((autodiff.inner(a, b) for a, b in pairs), start=0.0)
-        linear = [2.0 * autodiff.inner(self._right, each) for each in self._bends]
-        mixed = [4.0 * autodiff.inner(self._turned[i], self._bends[j]) for i, j in ACROSS]
-        first = autodiff.trace(self._right - self._uneven) + 2.0 / 3.0 * both
-        return [first, *linear, *mixed]
+        found = [autodiff.trace(self._right - self._uneven)]
+        found += [2.0 * autodiff.inner(self._right, each) for each in self._bends]
+        # C has D squared twice.
+        return self._squared(
+            found, lambda i, j: 2.0 * autodiff.inner(self._turned[i], self._bends[j])
+        )
 
     @property
     def right(self) -> list[Tensor]:
         """Return the coefficients of C."""
-        squared = [[a @ b for b in self._turned] for a in self._bends]
-        first = self._right - self._uneven
-        for k in range(3):
-            first = first + 2.0 / 3.0 * squared[k][k]
-        linear = [each + each.transposed for each in self._turned]
-        mixed = [2.0 * (squared[i][j] + squared[j][i]) for i, j in ACROSS]
-        return [first, *linear, *mixed]
+        found = [self._right - self._uneven]
+        found += [each + each.transposed for each in self._turned]
+        return self._squared(found, lambda i, j: 2.0 * (self._bends[i] @ self._turned[j]))
+
+    def _squared(
+        self, linear: Sequence[_Linear], product: Callable[[int, int], _Linear]
+    ) -> list[_Linear]:
+        """Return coefficients with those of products of D.
+
+        Args:
+            linear: Coefficients without.
+            product: Of D_i and D_j.
+        """
+        found = dict(enumerate(linear))
+        for (i, j), shares in self._products.items():
+            both = product(i, j) if i == j else product(i, j) + product(j, i)
+            for term, share in shares.items():
+                part = share * both
+                found[term] = found[term] + part if term in found else part
+        return [found[term] for term in sorted(found)]
 
     @property
     def form(self) -> list[Tensor]:
@@ -97,12 +115,12 @@ class CurvedStrain:
         return [self._mean, *(self._mean @ each for each in self._bends)]
 
 
-def vectors_of(x: Sequence[Vector]) -> list[Vector]:
-    """Return Σ ξ_k x/8 and Σ h x/8 of the nodes x of a cell, of all edges and modes."""
-    return [_summed(x, each) for each in SHARES.tolist()]
+def vectors_of(x: Sequence[Vector], cell: CellForm) -> list[Vector]:
+    """Return r_k and q_h of the nodes x of a cell, of all edges and modes."""
+    return [_summed(x, each) for each in cell.shares.tolist()]
 
 
-def _combined(vectors: Sequence[Vector], factors: Sequence[Number]) -> Vector:
+def combined(vectors: Sequence[Vector], factors: Sequence[Operand]) -> Vector:
     """Return a sum of vectors with factors."""
     parts = [factor * each for factor, each in zip(factors, vectors, strict=True)]
     found = parts[0]
@@ -111,15 +129,59 @@ def _combined(vectors: Sequence[Vector], factors: Sequence[Number]) -> Vector:
     return found
 
 
-class _Modes:
-    """Edges and modes of a cell.
+class CellBending(NamedTuple):
+    """How a cell bends.
 
     Attributes:
-        r, q: Those of the nodes themselves, Σ ξ_k x/8 and Σ h x/8.
+        bends: D_1 to D_3.
+        uneven: A.
+        curved: The numbers that these follow from.
+    """
+
+    bends: Sequence[Tensor]
+    uneven: Tensor
+    curved: Sequence[Number]
+
+
+class BendingModuli(NamedTuple):
+    """What follows from the moduli of a material.
+
+    Attributes:
+        lateral: β.
+        slow: k0 [Pa].
+        young: Young's modulus [Pa].
+        shear: μ [Pa].
+    """
+
+    lateral: Number
+    slow: Number
+    young: Number
+    shear: Number
+
+    @classmethod
+    def of(cls, p: Numbers) -> "BendingModuli":
+        """Return those of an element, which has a shear and a bulk modulus."""
+        shear, bulk = p.shear, p.bulk
+        lame = bulk - 2.0 / 3.0 * shear
+        ratio = lame / (lame + 2.0 * shear)
+        slow = autodiff.minimum(bulk, shear * (2.0 / 3.0 + autodiff.maximum(ratio, 0.0)))
+        under = 0.75 + 1.5 * (ratio - 0.5 * slow / shear)
+        lateral = autodiff.sqrt(autodiff.maximum(under, _TINY)) - 0.5
+        return cls(lateral, slow, 9.0 * bulk * shear / (3.0 * bulk + shear), shear)
+
+
+class CellModes:
+    """Edges and modes of a hexahedron.
+
+    Attributes:
+        cell: Its natural coordinates.
+        r, q: Those of the nodes themselves.
         mean: F.
         e: F A_k.
         g: Modes without what F gives them.
     """
+
+    cell: ClassVar[CellForm] = HEXAHEDRON
 
     def __init__(self, vectors: Sequence[Vector], c: Numbers):
         self.r, self.q = vectors[:3], vectors[3:]
@@ -128,31 +190,57 @@ class _Modes:
             self.mean = Tensor([self.r[k][m] * over[k] for k in range(3)] for m in range(3))
             self.e, self.g = self.r, self.q
             return
-        parts = [c.modes[3 * h : 3 * h + 3] for h in range(4)]
-        beside = [q - _combined(self.r, own) for q, own in zip(self.q, parts, strict=True)]
+        every = range(len(self.q))
+        parts = [c.modes[3 * h : 3 * h + 3] for h in every]
+        beside = [q - combined(self.r, own) for q, own in zip(self.q, parts, strict=True)]
         self.e = [
-            r + _combined(beside, [c.slant[3 * h + k] for h in range(4)])
+            r + combined(beside, [c.slant[3 * h + k] for h in every])
             for k, r in enumerate(self.r)
         ]
-        self.g = [q - _combined(self.e, own) for q, own in zip(self.q, parts, strict=True)]
+        self.g = [q - combined(self.e, own) for q, own in zip(self.q, parts, strict=True)]
         dual = [c.dual[3 * k : 3 * k + 3] for k in range(3)]
         self.mean = Tensor(
             [autodiff.dot([e[m] for e in self.e], [each[n] for each in dual]) for n in range(3)]
             for m in range(3)
         )
 
-    def curvatures(self, squares: Sequence[Number]) -> list[list[Number]]:
-        """Return κ_ii, κ_jj and κ_ij of each plane."""
+    def bending(
+        self, squares: Sequence[Number], moduli: BendingModuli, c: Numbers
+    ) -> CellBending:
+        """Return how the cell bends.
+
+        Args:
+            squares: s_k.
+            moduli: Of its material.
+            c: Numbers of the cell as drawn.
+        """
         dots = [[autodiff.dot(e, g) for g in self.g[:3]] for e in self.e]
-        return [
+        kappa = [
             [dots[i][j] / squares[i], dots[j][i] / squares[j],
              (dots[i][i] + dots[j][j]) / (squares[i] + squares[j])]
             for i, j in ACROSS
         ]  # fmt: skip
+        twists = [
+            autodiff.dot([each[2] for each in kappa], c.twist[3 * k : 3 * k + 3])
+            for k in range(3)
+        ]
+        kappa = [[*each[:2], twist] for each, twist in zip(kappa, twists, strict=True)]
+        bends, narrowing = list[Tensor](), list[Number]()
+        for k in range(3):
+            out = c.lateral[6 * k : 6 * k + 6]
+            rows = c.bend[18 * k : 18 * k + 18], c.trace[3 * k : 3 * k + 3], out
+            bend, uneven = bent_in_plane(kappa[k], moduli.lateral, *rows)
+            bends.append(bend)
+            parts: list[Number] = [uneven * each for each in out]
+            if narrowing:
+                parts = [a + b for a, b in zip(narrowing, parts, strict=True)]
+            narrowing = parts
+        curved = [each for own in kappa for each in own]
+        return CellBending(bends, autodiff.from_half(narrowing), curved)
 
     @property
     def volume(self) -> Number:
-        """Return an eighth of the volume of the cell."""
+        """Return the volume of the cell over that of natural coordinates."""
         r, q = self.r, self.q
         rest = sum(
             (autodiff.dot(r[a], autodiff.cross(q[b], q[c])) for a, b, c in
@@ -163,7 +251,7 @@ class _Modes:
 
     @property
     def slopes(self) -> list[Number]:
-        """Return the slopes of an eighth of the volume along ξ_k."""
+        """Return the slopes of that along ξ_k."""
         r, q = self.r, self.q
         return [
             autodiff.dot(q[j], autodiff.cross(r[j], r[k]))
@@ -171,13 +259,61 @@ class _Modes:
             for k, (i, j) in enumerate(ACROSS)
         ]
 
+    def skewed(self, c: Numbers) -> list[Number]:
+        """Return what j_k leave out: slopes of volume along ξ_k that lie across the plane."""
+        found = list[Number]()
+        for k, (i, j) in enumerate(ACROSS):
+            out = self.cell.volume / c.volume * autodiff.cross(self.e[i], self.e[j])
+            one, other = (
+                c.skew[2 * k + n] * autodiff.dot(out, self.g[m]) for n, m in enumerate((j, i))
+            )
+            found.append(one + other)
+        return found
 
-def _summed(x: Sequence[Vector], signs: Sequence[float]) -> Vector:
-    """Return an eighth of a sum of nodes with signs."""
-    found = x[0] if signs[0] > 0 else -x[0]
-    for each, sign in zip(x[1:], signs[1:], strict=True):
+    @property
+    def last(self) -> list[Number]:
+        """Return e_k·g_4."""
+        return [autodiff.dot(e, self.g[3]) for e in self.e]
+
+    def last_rates(self, moving: "CellModes") -> list[Number]:
+        """Return the rates of these, given those of edges and modes."""
+        return [
+            autodiff.dot(a, self.g[3]) + autodiff.dot(b, moving.g[3])
+            for a, b in zip(moving.e, self.e, strict=True)
+        ]
+
+
+def bent_in_plane(
+    kappa: Sequence[Number], lateral: Number, bend: Sequence[Number], trace: Sequence[Number],
+    out: Sequence[Number],
+) -> tuple[Tensor, Number]:  # fmt: skip
+    """Return D of a plane, and |S'|²/6.
+
+    Args:
+        kappa: Its three curvatures.
+        lateral: β.
+        bend, trace, out: Of the cell as drawn; see ``geometry.bent_cells.BentPlane``.
+    """
+    total = autodiff.dot(kappa, trace)
+    own = [autodiff.dot(kappa, [bend[6 * n + m] for n in range(3)]) for m in range(6)]
+    uneven = autodiff.dot(own, [*own[:3], *(2.0 * each for each in own[3:])])
+    uneven = (uneven - total * total / 6.0) / 6.0
+    return autodiff.from_half(
+        [a + lateral * total * b for a, b in zip(own, out, strict=True)]
+    ), uneven
+
+
+def _summed(x: Sequence[Vector], shares: Sequence[float]) -> Vector:
+    """Return a sum of nodes by their shares."""
+    used = [(each, share) for each, share in zip(x, shares, strict=True) if share]
+    scale = abs(used[0][1])
+    if any(abs(share) != scale for _, share in used):
+        return combined(*zip(*used, strict=True))
+    (first, sign), *rest = used
+    found = first if sign > 0 else -first
+    for each, sign in rest:
         found = found + each if sign > 0 else found - each
-    return 0.125 * found
+    return scale * found
 
 
 def boxed(c: Numbers) -> Numbers:
@@ -211,17 +347,6 @@ def boxed(c: Numbers) -> Numbers:
     })  # fmt: skip
 
 
-def bending_moduli(p: Numbers) -> tuple[Number, Number, Number]:
-    """Return β, k0 [Pa] and Young's modulus [Pa]."""
-    shear, bulk = p.shear, p.bulk
-    lame = bulk - 2.0 / 3.0 * shear
-    ratio = lame / (lame + 2.0 * shear)
-    slow = autodiff.minimum(bulk, shear * (2.0 / 3.0 + autodiff.maximum(ratio, 0.0)))
-    under = 0.75 + 1.5 * (ratio - 0.5 * slow / shear)
-    lateral = autodiff.sqrt(autodiff.maximum(under, _TINY)) - 0.5
-    return lateral, slow, 9.0 * bulk * shear / (3.0 * bulk + shear)
-
-
 class BentCell(NamedTuple):
     """The strain of a cell, and what it stores besides its points.
 
@@ -246,103 +371,53 @@ class BentCell(NamedTuple):
 
 
 def strained(
-    x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers,
-    of_volume: Callable[[Number, Numbers], Number], *, is_viscous: bool,
+    modes: CellModes, moving: CellModes | None, c: Numbers, p: Numbers,
+    of_volume: Callable[[Number, Numbers], Number],
 ) -> BentCell:  # fmt: skip
     """Return the strain of a cell, and what it stores besides its points.
 
     Args:
-        x, v: What ``vectors_of`` returns of places and of velocities.
-        c: Numbers of the cell as drawn, those of ``BentCells``.
+        modes: Its edges and modes.
+        moving: Their rates, if p has a viscosity.
+        c: Numbers of the cell as drawn, those of ``BentCells`` or ``BentWedges``.
         p: Numbers of the element; shear and bulk moduli.
         of_volume: Energy of a ratio of volumes [Pa].
-        is_viscous: Whether p has a viscosity.
     """
-    modes = _Modes(x, c)
-    lateral, slow, young = bending_moduli(p)
+    moduli, natural = BendingModuli.of(p), modes.cell.volume
     squares = [
         autodiff.maximum(autodiff.dot(e, e) * c.inverse_square[k], LEAST_SQUARE)
         for k, e in enumerate(modes.e)
     ]
-    kappa = modes.curvatures(squares)
-    twists = [
-        autodiff.dot([each[2] for each in kappa], c.twist[3 * k : 3 * k + 3]) for k in range(3)
-    ]
-    kappa = [[*each[:2], twist] for each, twist in zip(kappa, twists, strict=True)]
-    bends, uneven = _bends(kappa, lateral, c)
+    bends, uneven, curved = modes.bending(squares, moduli, c)
     right = autodiff.gram(modes.mean)
-    bending = CurvedStrain(right, bends, uneven, modes.mean)
-    ratio = 8.0 * modes.volume / c.volume
-    slopes = [8.0 / c.volume * each for each in modes.slopes]
-    skewed = _skewed(modes, c)
-    across = zip(slopes, skewed, c.slope, strict=True)
+    bending = CurvedStrain(right, bends, uneven, modes.mean, modes.cell)
+    ratio = natural * modes.volume / c.volume
+    slopes = [natural / c.volume * each for each in modes.slopes]
+    skewed = modes.skewed(c)
     # What the volume changes by along ξ_k, without what is across the plane.
-    swelling = [a - b - 8.0 / c.volume * ratio * drawn for a, b, drawn in across]
+    swelling = [
+        a - b - natural / c.volume * ratio * drawn
+        for a, b, drawn in zip(slopes, skewed, c.slope, strict=True)
+    ]
     both = autodiff.dot(swelling, swelling)
     volumetric = of_volume(ratio, p)
-    stored = slow / 6.0 * both + volumetric
-    last = [autodiff.dot(e, modes.g[3]) for e in modes.e]
-    weights = [c.inverse_square[k] * c.inverse_square[k] / squares[k] for k in range(3)]
-    stored = stored + young / 18.0 * autodiff.dot([a * a for a in last], weights)
+    stored = moduli.slow / 6.0 * both + volumetric
+    last, loss = modes.last, 0.0
+    if last:
+        weights = [c.inverse_square[k] * c.inverse_square[k] / squares[k] for k in range(3)]
+        stored = stored + moduli.young / 18.0 * autodiff.dot([a * a for a in last], weights)
+        if moving is not None:
+            faster = modes.last_rates(moving)
+            loss = p.viscosity / 6.0 * autodiff.dot([a * a for a in faster], weights)
     j = autodiff.determinant(modes.mean)
     least = autodiff.minimum(j, ratio - autodiff.sqrt(both + _TINY))
     part = autodiff.minimum(autodiff.maximum(1.0 - least / GUARD, 0.0), 1.0)
     part = part * part * (3.0 - 2.0 * part)
     size = autodiff.dot(*2 * [[each for g in modes.g for each in g]])
-    stored = stored + part * p.shear * c.steep / 6.0 * size
-    loss: Operand = 0.0
-    if is_viscous:
-        moving = _Modes(v, c)
-        faster = [
-            autodiff.dot(a, modes.g[3]) + autodiff.dot(b, moving.g[3])
-            for a, b in zip(moving.e, modes.e, strict=True)
-        ]
-        loss = p.viscosity / 6.0 * autodiff.dot([a * a for a in faster], weights)
+    stored = stored + part * moduli.shear * c.steep / 6.0 * size
     half = [right.rows[m][n] for m, n in PLACES[3]]
-    curved = [each for own in kappa for each in own]
-    between = [*half, *curved, j, ratio, *squares, *slopes, *skewed, *last, size]
-    inner = [*modes.e, *modes.g]
-    state = bending, modes.mean, stored, loss, ratio, volumetric, between, inner
-    return BentCell(*state)
-
-
-def _bends(
-    kappa: Sequence[Sequence[Number]], lateral: Number, c: Numbers
-) -> tuple[list[Tensor], Tensor]:
-    """Return D_1 to D_3 and A.
-
-    Args:
-        kappa: Curvatures of each plane, with twists that are coupled.
-        lateral: β.
-        c: As of ``strained``.
-    """
-    bends: list[Tensor] = []
-    narrowing: list[Number | float] = [0.0] * 6
-    for k in range(3):
-        own = kappa[k]
-        trace = autodiff.dot(own, c.trace[3 * k : 3 * k + 3])
-        bend = [
-            autodiff.dot(own, [c.bend[18 * k + 6 * n + m] for n in range(3)]) for m in range(6)
-        ]
-        out = c.lateral[6 * k : 6 * k + 6]
-        halves = zip(bend, out, strict=True)
-        bends.append(autodiff.from_half([a + lateral * trace * b for a, b in halves]))
-        # |S|² without its trace in the plane.
-        uneven = autodiff.dot(bend, [*bend[:3], *(2.0 * each for each in bend[3:])])
-        uneven = (uneven - trace * trace / 6.0) / 6.0
-        narrowing = [a + uneven * b for a, b in zip(narrowing, out, strict=True)]
-    return bends, autodiff.from_half([each for each in narrowing if isinstance(each, Number)])
-
-
-def _skewed(modes: _Modes, c: Numbers) -> list[Number]:
-    """Return what j_k leave out: slopes of the volume along ξ_k that lie across the plane."""
-    found = list[Number]()
-    for k, (i, j) in enumerate(ACROSS):
-        out = 8.0 / c.volume * autodiff.cross(modes.e[i], modes.e[j])
-        along = (
-            c.skew[2 * k + n] * autodiff.dot(out, modes.g[other])
-            for n, other in enumerate((j, i))
-        )
-        one, other = along
-        found.append(one + other)
-    return found
+    of_last = [*squares, *last] if last else []
+    between = [*half, *curved, j, ratio, *slopes, *skewed, *of_last, size]
+    varying = [each for each in between if each.value is None]
+    state = bending, modes.mean, stored, loss, ratio, volumetric, varying
+    return BentCell(*state, [*modes.e, *modes.g])

@@ -46,7 +46,7 @@ Meth. Appl. Mech. Eng. 99:61, 1992; J. Lubliner, Plasticity Theory, 1990.)
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 from tissuec import autodiff
@@ -55,8 +55,11 @@ from tissuec.autodiff.cells import CellKind, CellState
 from tissuec.autodiff.points import PointState, TracedPoint
 from tissuec.autodiff.tensors import PLACES
 from tissuec.forces.solids import bent_cell
+from tissuec.forces.solids.bent_cell import CellModes
+from tissuec.forces.solids.bent_wedge import WedgeModes
 from tissuec.forces.solids.isochoric import LEAST, falling, folded, isochoric, paired
 from tissuec.geometry.bent_cells import BOX_WIDTHS, WIDTHS
+from tissuec.geometry.bent_wedges import WEDGE_WIDTHS
 from tissuec.laws.derivatives import by_first, energy
 from tissuec.laws.formula import Formula, variables
 from tissuec.laws.solid import I2, SolidLaw
@@ -77,9 +80,10 @@ class SolidKind(NamedTuple):
         directions: Of the strain of a point: 3, or 2 in a wall.
         constants: Of laws that are numbers of elements.
         is_stretched: Whether the prestretch F0 is a number of elements.
-        is_bent: Whether they are hexahedra, whose points ``solids.bent_cell`` strains.
-        is_box: Whether all of these have edges along the axes.
-        is_even: Whether a single point with the mean of C stands for all of a hexahedron.
+        is_bent: Whether ``solids.bent_cell`` strains their points.
+        is_box: Whether they are hexahedra with edges along the axes.
+        is_wedge: Whether they are wedges that bend.
+        is_even: Whether a single point with the mean of C stands for all of a cell.
         functions: Of the place, on which the volume is projected.
     """
 
@@ -94,6 +98,7 @@ class SolidKind(NamedTuple):
     is_bent: bool = False
     is_even: bool = False
     is_box: bool = False
+    is_wedge: bool = False
     functions: int = 1
 
     @property
@@ -128,7 +133,7 @@ class SolidKind(NamedTuple):
 
 
 def evened(kind: SolidKind) -> SolidKind:
-    """Return the kind of hexahedra with a single point, if energies depend on the mean of C."""
+    """Return the kind of cells with a single point, if energies depend on the mean of C."""
     is_plain = all(map(_is_linear, kind.laws))
     has_more = kind.families or kind.tensors or kind.is_viscous
     return kind._replace(is_even=kind.is_bent and is_plain and not has_more)
@@ -165,12 +170,17 @@ def traced_point(kind: SolidKind) -> TracedPoint:
         x: Sequence[Vector], v: Sequence[Vector], c: Numbers, p: Numbers
     ) -> CellState:  # fmt: skip
         own = bent_cell.boxed(c) if kind.is_box else c
-        found = bent_cell.strained(x, v, own, p, of_volume, is_viscous=kind.is_viscous)
+        moving = modes(v, own) if kind.is_viscous else None
+        found = bent_cell.strained(modes(x, own), moving, own, p, of_volume)
         strains = _strains_of(kind, found, p)
         return CellState(strains, *found[2:])
 
     if kind.is_bent:
-        own = CellKind(cell, bent_cell.vectors_of, 8, BOX_WIDTHS if kind.is_box else WIDTHS)
+        modes, widths = CellModes, BOX_WIDTHS if kind.is_box else WIDTHS
+        if kind.is_wedge:
+            modes, widths = WedgeModes, WEDGE_WIDTHS
+        shares = partial(bent_cell.vectors_of, cell=modes.cell)
+        own = CellKind(cell, shares, modes.cell.shares.shape[1], widths)
         return TracedPoint(bent, None, kind.widths, kind.tensors, cell=own)
     functions = kind.functions
     return TracedPoint(point, of_volume, kind.widths, kind.tensors, functions=functions)

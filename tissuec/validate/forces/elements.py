@@ -16,6 +16,7 @@ from scipy.linalg import expm
 
 from tissuec.validate.forces import ForceFormula, assembled
 from tissuec.validate.forces.bending_cells import BendingCells
+from tissuec.validate.forces.bending_wedges import BendingWedges
 from tissuec.validate.forces.relaxing import PlasticElements, RelaxingElements
 from tissuec.validate.forces.solid_laws import SolidLaws
 
@@ -92,17 +93,13 @@ class ElementSolid(ForceFormula):
         self._smooth: Any = None
         if elements.shape.name == "quadratic hexahedron":
             self._smooth = _linear_fit(points, self._weight)
-        self._cells = None
-        if elements.shape.name == "hexahedron":
-            self._cells = BendingCells(
-                drawn[self._nodes],
-                self._slope,
-                self._weight,
-                elements.shear,
-                self._bulk,
-                points,
-            )
-            self._weight = np.broadcast_to(self._volume[:, None] / 8.0, self._weight.shape)
+        self._cells: BendingCells | BendingWedges | None = None
+        if elements.shape.name in ("hexahedron", "wedge"):
+            given = drawn[self._nodes], self._slope, self._weight, elements.shear, self._bulk
+            is_wedge = elements.shape.name == "wedge"
+            self._cells = BendingWedges(*given) if is_wedge else BendingCells(*given, points)
+            even = self._volume[:, None] / len(points)
+            self._weight = np.broadcast_to(even, self._weight.shape)
         elif self._drawn is not None:
             self._slope = np.einsum("eqax,exy->eqay", self._slope, self._drawn)
         self._limits = elements.limits
@@ -135,9 +132,9 @@ class ElementSolid(ForceFormula):
         return np.einsum("eqp,ep->eq", self._smooth, values)
 
     def _bent(self, corners: Any) -> Strained:
-        """Return the strain of hexahedra, given their nodes [m], shape (cell, 8, 3)."""
+        """Return the strain of cells that bend, given nodes [m], shape (cell, node, 3)."""
         assert self._cells is not None
-        at = self._cells.bent(corners)
+        at: Any = self._cells.bent(corners)
         whole, _, c = self._cells.points(at)
         f, j = at.mean[:, None] @ whole, np.linalg.det(at.mean)
         if self._drawn is not None:

@@ -1,4 +1,4 @@
-"""Hexahedra that bend; see ``solids.bent_cell`` for what they store.
+"""Hexahedra and wedges that bend; see ``solids.bent_cell`` for what they store.
 
 Their points are strained by all nodes of a cell together.
 """
@@ -9,7 +9,6 @@ from typing import Any, Self
 
 import numpy as np
 
-from tissuec.autodiff.cells import TERMS
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
@@ -22,24 +21,24 @@ from tissuec.forces.point_kernels import matrix_kernel, written
 from tissuec.forces.solids.elements import SolidElements
 from tissuec.forces.solids.solid_point import SolidKind, evened
 from tissuec.forces.solids.solid_strain import Prestretch
-from tissuec.geometry.bent_cells import BOX_WIDTHS, POINTS, SHARES, WIDTHS, BentCells
+from tissuec.geometry.bent_cells import HEXAHEDRON, BentCells, CellForm
+from tissuec.geometry.bent_wedges import WEDGE, BentWedges
 from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.model.network import Floats, Indices
 
 _ALONE = "alone"
-#: ``TERMS`` at all points, shape (point,) each.
-_TERMS = [POINTS[:, list(axes)].prod(axis=1) for axes in TERMS]
-# Of one evaluation of a box, of another one, and in addition where they are viscous.
+# Of one evaluation of a box, of another cell, and in addition where they are viscous.
 _BOX_SECONDS, _SECONDS, _VISCOUS_SECONDS = 1.0e-7, 1.35e-7, 1.0e-7
 
 
-class Hexahedra(SolidElements, frozen=True):
-    """Hexahedra that bend.
+class BentElements(SolidElements, frozen=True):
+    """Hexahedra or wedges that bend.
 
     ``drawn`` has gradients without prestretch, which is ``stretches`` here.
 
     Attributes:
-        cells: Numbers of ``BentCells``, as ``drawn`` one row for all that are alike.
+        cells: Numbers of ``BentCells`` or ``BentWedges``, as ``drawn`` one row for all that are
+            alike.
         are_boxes: Whether they are those of ``BentCells.boxes``.
     """
 
@@ -57,21 +56,28 @@ class Hexahedra(SolidElements, frozen=True):
         own = dict(attributes)
         drawn, prestretch = own.pop("drawn"), own["prestretch"]
         # Points are of equal weight, so that bending has no mean.
-        even = np.repeat(drawn.volume.mean(axis=1, keepdims=True), 8, axis=1)
+        mean = drawn.volume.mean(axis=1, keepdims=True)
+        even = np.repeat(mean, drawn.volume.shape[1], axis=1)
         _, first = np.unique(own["row"], return_index=True)
-        cells = BentCells.of(corners[first])
+        numbers, are_boxes = _numbers_of(own["shape"], corners[first])
         stretches = np.zeros((len(corners), 0))
         if prestretch is not None:
             stretches = prestretch.deformation.reshape(-1, 9)
         return cls(
             **own, drawn=Measures(drawn.gradients, even), stretches=stretches,
-            cells=cells.boxes if cells.are_boxes else cells.rows, are_boxes=cells.are_boxes,
+            cells=numbers, are_boxes=are_boxes,
         )  # fmt: skip
 
     @property
     def kind(self) -> SolidKind:
         """Return the kind of the points, of which forces are."""
-        return super().kind._replace(is_bent=True, is_box=self.are_boxes)
+        is_wedge = self.form is WEDGE
+        return super().kind._replace(is_bent=True, is_box=self.are_boxes, is_wedge=is_wedge)
+
+    @property
+    def form(self) -> CellForm:
+        """Return the natural coordinates."""
+        return WEDGE if self.shape.name == "wedge" else HEXAHEDRON
 
     @property
     def with_stretches(self) -> Self:
@@ -117,23 +123,23 @@ class Hexahedra(SolidElements, frozen=True):
         some = [q for k in needed for q in range(begins[k], begins[k + 1])]
         wanted = [*(cell.strains[q] for q in some), cell.swell, cell.energy]
         *found, swell, alone = evaluate(wanted, {**self._of_cell(position), **numbers})
-        values = {"swell": swell, _ALONE: alone}
+        terms, values = self.form.terms, {"swell": swell, _ALONE: alone}
         for k in needed:
             own = [found[some.index(q)] for q in range(begins[k], begins[k + 1])]
             values[f"f.{k}"] = own[0] + sum(
-                a * b for a, b in zip(own[1:], _TERMS[1:], strict=False)
+                a * b for a, b in zip(own[1:], terms[1:], strict=False)
             )
         return values
 
     def _of_cell(self, position: Floats) -> dict[str, Floats]:
         """Return inputs of whole cells by name, shape (…, element, 1)."""
-        vectors = np.einsum("va,...eax->...evx", SHARES, position[..., self.nodes, :])
+        vectors = np.einsum("va,...eax->...evx", self.form.shares, position[..., self.nodes, :])
         flat = vectors.reshape(*vectors.shape[:-2], -1)
         values = {f"x.{k}": flat[..., k, None] for k in range(flat.shape[-1])}
-        drawn, first = self.cells[self.row], 0
-        for name, width in (BOX_WIDTHS if self.are_boxes else WIDTHS).items():
-            values |= {f"c.{name}.{k}": drawn[:, first + k, None] for k in range(width)}
-            first += width
+        drawn, cell = self.cells[self.row], self.traced(self.kind).cell
+        assert cell is not None
+        for k, each in enumerate(cell.drawn):
+            values[str(each.operation.detail)] = drawn[:, k, None]
         return values
 
     def _alone(
@@ -149,15 +155,16 @@ class Hexahedra(SolidElements, frozen=True):
 
         Without ``exact``, negative eigenvalues of each element count as zero.
         """
-        apart = np.arange(8 * self.item_count).reshape(-1, 8)
+        count = self.shape.nodes
+        apart = np.arange(count * self.item_count).reshape(-1, count)
         pattern, (kind, points) = BlockPattern.of(apart, apart.size), self._stiffened
         table = self._table(kind, self.nodes, self._slots)
-        room, kernel = pattern.room, matrix_kernel(self.traced, kind, 8, points)
+        room, kernel = pattern.room, matrix_kernel(self.traced, kind, count, points)
         self._run(kernel, position, room, table._replace(targets=pattern.places.ravel()))
-        found = pattern.blocks(room).reshape(-1, 24, 24)
+        found = pattern.blocks(room).reshape(-1, 3 * count, 3 * count)
         if not exact:
             found = without_negative(found)
-        return found.reshape(-1, 8, 3, 8, 3)
+        return found.reshape(-1, count, 3, count, 3)
 
     def damping_of_elements(self, position: Floats) -> Floats:
         """Return minus the derivative of viscous forces by velocities; see ``ElementField``."""
@@ -174,24 +181,25 @@ class Hexahedra(SolidElements, frozen=True):
             by: See ``column_loop``.
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        kernel, count = column_kernel(self.traced, self._present, by), len(SHARES)
+        kernel = column_kernel(self.traced, self._present, by, *self._counts)
+        shares, count = self.form.shares, len(self.form.shares)
         shape = count, 3, count, 3
         columns = self._recorded_by(kernel, self._present, shape, position, velocity)
-        return np.einsum("ewyvx,va,wb->eaxby", columns, SHARES, SHARES, optimize=True)
+        return np.einsum("ewyvx,va,wb->eaxby", columns, shares, shares, optimize=True)
 
     def strain_slopes(self, position: Floats) -> Floats:
         """Return the derivatives of strains of points by positions; see ``PointField``."""
         # Of all that acts, also what is remembered.
-        point, count = self.traced(self.kind), len(SHARES)
+        point, shares = self.traced(self.kind), self.form.shares
         assert point.cell is not None
         active, begins = point.cell.active, point.cell.begins
-        kernel = strain_kernel(self.traced, self.kind)
-        shape = count, 3, len(active)
+        kernel = strain_kernel(self.traced, self.kind, *self._counts)
+        shape = len(shares), 3, len(active)
         slopes = self._recorded_by(kernel, self.kind, shape, position)
-        by_node = np.einsum("evxq,va->eqax", slopes, SHARES)
-        to = np.zeros((8, len(point.f), len(active)))
+        by_node = np.einsum("evxq,va->eqax", slopes, shares)
+        to = np.zeros((len(self.form.points), len(point.f), len(active)))
         for k in point.active:
-            for q, term in zip(range(begins[k], begins[k + 1]), _TERMS, strict=False):
+            for q, term in zip(range(begins[k], begins[k + 1]), self.form.terms, strict=False):
                 to[:, k, active.index(q)] = term
         return np.einsum("pkq,eqax->epkax", to, by_node)
 
@@ -203,14 +211,19 @@ class Hexahedra(SolidElements, frozen=True):
         one = _BOX_SECONDS if self.are_boxes else _SECONDS
         return self.item_count * (one + _VISCOUS_SECONDS * self.is_damped)
 
+    @property
+    def _counts(self) -> tuple[int, int]:
+        """Return how many nodes and points an element has."""
+        return self.shape.nodes, len(self.form.points)
+
     def _counted(self, kind: SolidKind) -> tuple[SolidKind, int]:
         """Return the kind that kernels have for one, and how many points."""
         own = evened(kind)
-        return own, 1 if own.is_even else len(POINTS)
+        return own, 1 if own.is_even else len(self.form.points)
 
     def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
         used, row = np.unique(self.row, return_inverse=True)
-        at, weight = POINTS, self.drawn.volume[used]
+        at, weight = self.form.points, self.drawn.volume[used]
         if kind.is_even:
             at, weight = np.zeros((1, 3)), weight.sum(axis=1, keepdims=True)
         places = np.broadcast_to(at[:, :, None], (len(used), *at.shape, 1))
@@ -220,28 +233,45 @@ class Hexahedra(SolidElements, frozen=True):
         )  # fmt: skip
 
 
+def _numbers_of(shape: ElementShape, corners: Floats) -> tuple[Floats, bool]:
+    """Return the numbers of cells as drawn, shape (cell, number), and whether all are boxes.
+
+    Args:
+        shape: Of the cells.
+        corners: Of their nodes [m], shape (cell, node, 3).
+    """
+    if shape.name == "wedge":
+        return BentWedges.of(corners).rows, False
+    cells = BentCells.of(corners)
+    return (cells.boxes, True) if cells.are_boxes else (cells.rows, False)
+
+
 def kind_of(shape: ElementShape) -> type[SolidElements]:
     """Return the class of elements of a shape."""
     if shape.functions > 1:
         from tissuec.forces.solids.quadratic import QuadraticHexahedra  # where they are needed
 
         return QuadraticHexahedra
-    return Hexahedra if shape.bends else SolidElements
+    return BentElements if shape.bends else SolidElements
 
 
 @cache
 def column_kernel(
-    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind, by: str
+    traced: Callable[[SolidKind], TracedPoint],
+    kind: SolidKind,
+    by: str,
+    nodes: int,
+    points: int,
 ) -> GeneratedKernel:
     """Return the kernel of ``column_loop``."""
-    return GeneratedKernel(
-        "cells_columns", partial(written, column_loop, traced, kind, by, 8, 8)
-    )
+    made = partial(written, column_loop, traced, kind, by, nodes, points)
+    return GeneratedKernel("cells_columns", made)
 
 
 @cache
 def strain_kernel(
-    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind
+    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind, nodes: int, points: int
 ) -> GeneratedKernel:
     """Return the kernel of ``strain_loop``."""
-    return GeneratedKernel("cells_strains", partial(written, strain_loop, traced, kind, 8, 8))
+    made = partial(written, strain_loop, traced, kind, nodes, points)
+    return GeneratedKernel("cells_strains", made)
