@@ -9,8 +9,8 @@ where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², ψ is the law of the solid (`
 K h what a change of volume costs (``laws.solid.volume``). This acts on the mean of an element,
 so that nearly incompressible elements do not lock (J. C. Simo, R. L. Taylor, K. S. Pister,
 Comput. Meth. Appl. Mech. Eng. 51:177, 1985). A mean alone would leave bending of tetrahedra
-without resistance. K0 is the smaller of K and 2 μ in tetrahedra, and 0 in wedges. Points of
-hexahedra are strained by ``solids.bent_cell``. Below J = 1/5, g and h are their parabolas
+without resistance, so K0 is the smaller of K and 2 μ in tetrahedra. Points of hexahedra and
+wedges are strained by ``solids.bent_cell``. Below J = 1/5, g and h are their parabolas
 there, and the invariants are enlarged (``solids.solid_point``): elements that are turned inside
 out have an energy and push back.
 
