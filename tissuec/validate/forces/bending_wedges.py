@@ -328,8 +328,7 @@ class BendingWedges:
 
     def resisting(self, at: _BentWedges, rates: Floats, viscosity: Floats) -> Floats:
         """Return no forces: there is no last mode to brake, shape (cell, 3)."""
-        none: Floats = np.zeros(at.swelling.shape)
-        return none
+        return np.zeros_like(rates[:, :, 3])
 
     def turned(self, at: _BentWedges, piola: Floats, resisting: Floats) -> Floats:
         """Return what a stress P does, by places [N], shape (cell, 6, 3).
