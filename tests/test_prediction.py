@@ -8,6 +8,7 @@ import tissuec
 from tissuec.compiler.prediction import predict, skipped
 from tissuec.core.resources import library
 from tissuec.core.source import Source
+from tissuec.engine.run_cost import FIRST, MORE
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.view.scene_summary import cost
@@ -107,7 +108,58 @@ def test_implicit_steps_cost_about_what_is_said_and_their_number_is_not_estimate
 def test_explicit_steps_cost_their_evaluations():
     text = SCENE.replace("GRAVITY", "-9.81").replace("1e-2", "1e-2; integrator is dop853")
     plan = predict(compiled(text))
-    assert plan.seconds == pytest.approx(plan.steps * plan.step_seconds)
+    first = FIRST / 12.0 * plan.step_seconds
+    assert plan.cost.motion == pytest.approx(MORE * plan.steps * plan.step_seconds + first)
+    assert plan.seconds == pytest.approx(sum(plan.cost))
     counts = tissuec.run(text, companion="off").manifest["statistics"]
     per_step = counts["cost"] / counts["accepted"]
     assert plan.step_seconds == pytest.approx(per_step, rel=0.5)
+
+
+def cost_of(text, **changes):
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    return predict(compiled(text)).cost
+
+
+def test_each_part_of_a_plan_depends_on_what_it_is_of():
+    text = SCENE.replace("GRAVITY", "-9.81")
+    bare = cost_of(text)
+    assert bare.equilibria == bare.output == bare.events == 0.0
+    # Rows of logs, frames and energies: in proportion to their number, and nothing else.
+    logged = [
+        cost_of(text + f"output {{ force of root every {each} }}")
+        for each in ("1 ms", "0.5 ms")
+    ]
+    assert logged[1].output / logged[0].output == pytest.approx(101 / 51)
+    for one in logged:
+        assert one._replace(output=0.0) == bare
+    kept = cost_of(text + "output { energy every 1 ms }")
+    assert kept.output > 0.0
+    assert kept.motion == bare.motion
+    # Events after the start.
+    moved = cost_of(text, **{"fix root": "fix root; at 10 ms: free root; at 20 ms: fix root"})
+    assert moved.events > 0.0
+    assert moved._replace(events=0.0) == bare
+    # Larger nets take longer to prepare.
+    large = cost_of(text, **{"rings = 4": "rings = 8"})
+    assert large.preparation / bare.preparation == pytest.approx(2.0, abs=0.2)
+    assert large.start == bare.start
+
+
+def test_a_jet_is_foreseen_while_it_blows():
+    scene = (library() / "scenes" / "tubal_ligation.tis").read_text(encoding="utf-8")
+    without = "\n".join(line for line in scene.splitlines() if "irrigate" not in line)
+    dry = cost_of(without)
+    short, long = (
+        cost_of(scene),
+        cost_of(scene, **{"to 1.3 s: irrigate": "to 1.25 s: irrigate"}),
+    )
+    assert (short.motion - dry.motion) / (long.motion - dry.motion) == pytest.approx(2.0)
+
+
+def test_fixed_steps_are_as_many_as_they_are():
+    text = SCENE.replace("GRAVITY", "-9.81")
+    text = text.replace("tolerance = 1e-2", "step = 1 ms; integrator is velocity verlet")
+    plan = predict(compiled(text))
+    assert plan.cost.motion == pytest.approx(50 * plan.step_seconds)

@@ -29,7 +29,7 @@ _NODES, _CELLS_ACROSS = 4000, 1.5
 _CUBES = 2000  # of a label image: its equilibrium takes about 14 s
 _MOST_SITES = 2_000_000  # of the lattice in the box around a body, of which some are taken
 
-_SHORT = 2.0  # [s]: runs that take longer are announced
+_SHORT = 3.0  # [s]: runs that take longer, with their start, are announced
 
 SHORT = "duration = 20 ms"
 SOLID = "duration = 1 s; integrator is equilibrium; step = 1 s"

@@ -15,6 +15,7 @@ from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose, measured_facts
 from tissuec.engine.method_trial import evaluation_time, step_time
+from tissuec.engine.run_cost import RunCost, motion_seconds, run_cost
 from tissuec.engine.static_cost import StaticCost, static_cost
 from tissuec.model.network import Network
 from tissuec.model.topology import join_nodes_of
@@ -41,8 +42,10 @@ class Prediction(Struct, frozen=True):
         steps: At the stability limit, or of the fixed step; a tolerance may need more. Of
             statics, the equilibria.
         evaluations: Force evaluations for these steps; of statics, steps of Newton's method.
-        seconds: What these and all equilibria take on one core of a present-day machine; NaN
-            where only the tolerance decides how many steps there are, as with implicit methods.
+        seconds: What the command takes on one core of a present-day machine, without the
+            companion run, and with kernels that were compiled before; NaN where only the
+            tolerance decides how many steps there are, as with implicit methods.
+        cost: The parts of this time.
         step_seconds: What one step takes [s].
         static: The equilibria, also those of "settle" in a run that moves.
         bytes: About those of the result file; the most if it is compressed.
@@ -58,6 +61,7 @@ class Prediction(Struct, frozen=True):
     steps: float
     evaluations: float
     seconds: float
+    cost: RunCost
     step_seconds: float
     static: StaticCost
     bytes: int
@@ -83,7 +87,7 @@ def predict(compiled: Compiled) -> Prediction:
 
     choice = choose(state, method, layout.is_direct, implicit_step)
     integrator = None if simulation.is_static else INTEGRATORS[choice.name]
-    static = static_cost(state, plan)
+    static, foreseen = static_cost(state, plan), _foreseen(plan)
     facts: dict[str, float] = {}
     if simulation.integrator == EQUILIBRIUM:
         steps, each = float(static.equilibria), static.steps / static.equilibria
@@ -104,6 +108,8 @@ def predict(compiled: Compiled) -> Prediction:
             if integrator is None
             else step_time(choice.name, one, layout.solving_cost)
         )
+    moving = motion_seconds(plan, state, integrator, steps, step_seconds)
+    cost = run_cost(state, plan, foreseen, one, moving, static.seconds)
     return Prediction(
         arrays=_arrays(network),
         method=choice.name,
@@ -113,11 +119,12 @@ def predict(compiled: Compiled) -> Prediction:
         skipped=tuple(skipped(compiled)),
         steps=steps,
         evaluations=steps * each,
-        seconds=steps * step_seconds + (0.0 if simulation.is_static else static.seconds),
+        seconds=cost.seconds,
+        cost=cost,
         step_seconds=step_seconds,
         static=static,
         bytes=file_size(
-            network, wishes(network, plan), plan.output, simulation.duration, _foreseen(plan)
+            network, wishes(network, plan), plan.output, simulation.duration, foreseen
         ),
         compress=plan.output.compress,
     )

@@ -262,11 +262,12 @@ def cost(plan: Prediction) -> list[str]:
     still = plan.static
     number = counted(still.equilibria, "equilibrium")
     time = show(still.seconds, TIME, digits=2)
+    whole = f"the run takes about {show(plan.seconds, TIME, digits=2)} of processor time"
     equilibria = f"about {number}, {still.steps:.0f} steps of Newton's method, {time}"
     memory = [f"about {shown_size(round(still.bytes))} of memory for matrices"]
     also = memory if still.bytes >= LARGE else []
     if plan.method == EQUILIBRIUM:
-        return [f"{equilibria} of computing time", *also, file]
+        return [equilibria, *also, whole, file]
     also = [equilibria, *also] if still.equilibria else []
     if not isfinite(plan.steps):
         each = show(plan.step_seconds, TIME, digits=2)
@@ -279,6 +280,6 @@ def cost(plan: Prediction) -> list[str]:
     return [
         f"about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations",
         *also,
-        f"about {show(plan.seconds, TIME, digits=2)} of computing time, without compilation",
+        whole,
         file,
     ]

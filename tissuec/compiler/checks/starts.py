@@ -121,21 +121,21 @@ def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     from tissuec.compiler.prediction import predict  # where it may be long
 
     expected = predict(compiled)
-    balancing = expected.static.seconds
-    moving = expected.seconds - balancing  # NaN where only the tolerance decides
+    balancing, moving = expected.cost.equilibria, expected.cost.motion
+    solving = expected.cost.solving  # NaN where only the tolerance decides
     if balancing + np.nan_to_num(moving) > LONG and not moving > balancing:
         yield _expensive_equilibria(network, expected, is_static=simulation.is_static)
-    elif expected.seconds > LONG:
+    elif solving > LONG:
         # Springs between held nodes do not count. Of those that differ by rounding alone, the
         # first, on every processor.
         held = state_at_start(compiled).held
         stiffest = np.where(held[network.springs.ends].all(axis=1), 0.0, stiffest)
         first = int((stiffest >= (1.0 - 1e-9) * stiffest.max()).argmax())
         if solid and expected.facts["omega"] > omega:
-            yield _too_many_steps_of(solid, expected.seconds)
+            yield _too_many_steps_of(solid, solving)
         else:
-            yield _too_many_steps(network, first, expected.seconds)
-    elif np.isnan(expected.seconds) and FEW_STEPS * expected.step_seconds > LONG:
+            yield _too_many_steps(network, first, solving)
+    elif np.isnan(solving) and FEW_STEPS * expected.step_seconds > LONG:
         yield _expensive_steps(network, expected)
 
 

@@ -54,7 +54,7 @@ def _seconds(model: FiniteDifferenceModel) -> float:
     """Return the predicted time of a run [s]."""
     found = predict(replace(model.shaping.compiled, plan=model.plan))
     if not model.is_still:
-        return found.seconds
+        return found.cost.solving
     # Each row is an equilibrium, in addition to those on the way there.
     many = found.static.equilibria
-    return found.seconds * (many + len(model.times)) / many
+    return found.cost.solving * (many + len(model.times)) / many

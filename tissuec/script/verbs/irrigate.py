@@ -105,28 +105,8 @@ class Irrigate(VerbSentence, frozen=True):
         return f"{self.group.name} has no complete triangle of a surface for the jet to push"
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        from tissuec.forces.acting.jet_surfaces import JetSurface, finest_width
-        from tissuec.forces.acting.jets import Jet  # where something is irrigated
-
         (profile,), stop = schedule(queue, (self.profile,), state.time, None)
-        network, bore = state.network, self.opening.diameter
-        part = next(tool for tool in network.tools if tool.name == self.nozzle)
-        opening = numbers_in(part.nodes)
-        nodes = self._nodes(network)
-        width = finest_width(network, nodes, bore)
-        jet = Jet(
-            nozzle=self.nozzle,
-            target="" if self.group is None else self.group.name,
-            opening=opening,
-            bore=bore,
-            density=self.opening.density,
-            growth=self.opening.growth,
-            width=width,
-            flow=self.flow,
-            profile=profile,
-            skin=JetSurface.of(network, nodes, width, state.alive),
-            span=self.span,
-        )
+        network, jet = state.network, self.jet(state, profile)
         logged_events = [LoggedEvent("irrigate", (), sentence(self.span), self.span)]
         if (old := state.jets.get(self.nozzle)) is not None:
             text = f"replaced: {sentence(old.span)}"
@@ -139,6 +119,34 @@ class Irrigate(VerbSentence, frozen=True):
         if np.isfinite(stop):
             queue.add(stop, EndJet(self.nozzle, stop, self.span))
         return tuple(logged_events)
+
+    def jet(self, state: State, profile: TimeProfile) -> "Jet":
+        """Return the jet on the surface that is intact now.
+
+        Args:
+            state: Of the run.
+            profile: Of the flow, in the time of the run.
+        """
+        from tissuec.forces.acting.jet_surfaces import JetSurface, finest_width
+        from tissuec.forces.acting.jets import Jet  # where something is irrigated
+
+        network, bore = state.network, self.opening.diameter
+        part = next(tool for tool in network.tools if tool.name == self.nozzle)
+        nodes = self._nodes(network)
+        width = finest_width(network, nodes, bore)
+        return Jet(
+            nozzle=self.nozzle,
+            target="" if self.group is None else self.group.name,
+            opening=numbers_in(part.nodes),
+            bore=bore,
+            density=self.opening.density,
+            growth=self.opening.growth,
+            width=width,
+            flow=self.flow,
+            profile=profile,
+            skin=JetSurface.of(network, nodes, width, state.alive),
+            span=self.span,
+        )
 
     def _nodes(self, network: Network) -> Indices:
         return np.arange(network.body_nodes) if self.group is None else self.group.indices
