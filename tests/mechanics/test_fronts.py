@@ -42,6 +42,8 @@ def test_solutions_are_those_of_a_dense_factor(pieces, fixed):
     assert factor is not None
     assert factor.solve(vectors) == pytest.approx(expected, rel=1e-9, abs=1e-12)
     assert factor.solve(vectors[:, 0]) == pytest.approx(expected[:, 0], rel=1e-9, abs=1e-12)
+    signs = np.sign(vectors[:, 0]).astype(np.int8)  # as estimates of norms take them
+    assert factor.solve(signs) == pytest.approx(factor.solve(signs.astype(float)), rel=1e-12)
 
 
 def test_a_matrix_with_other_couplings_has_its_own_fronts():

@@ -109,6 +109,16 @@ class Balance:
         return self._start.copy()
 
     @property
+    def every_end(self) -> NDArray[np.integer]:
+        """Return the ends of all springs and edges, also of those between held nodes."""
+        return self._every.ends
+
+    @property
+    def is_on_planes(self) -> bool:
+        """Return whether planes of symmetry hold nodes."""
+        return self._planes is not None
+
+    @property
     def present_load(self) -> Floats:
         """Return all forces without a potential on the free nodes [N], shape (free, 3).
 
@@ -127,7 +137,7 @@ class Balance:
         return self.load + total[self.free]
 
     @cached_property
-    def labels(self) -> Indices:
+    def labels(self) -> NDArray[np.integer]:
         """Return the piece of each free node, by its number, shape (free,)."""
         inner = (self.springs.ends >= 0).all(axis=1)
         return topology.pieces(len(self.free), self.springs.ends[inner])

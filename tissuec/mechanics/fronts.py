@@ -140,7 +140,8 @@ class CholeskyFactor:
 
     def solve(self, vectors: Floats, _way: str = "N") -> Floats:
         """Return K⁻¹ times vectors in any unit, shape (n,) or (n, vector)."""
-        found = np.asfortranarray(vectors[self._fronts.order].reshape(len(vectors), -1))
+        ordered = vectors[self._fronts.order].reshape(len(vectors), -1)
+        found = np.array(ordered, dtype=float, order="F")
         for own, rest, top, below in self._each():
             found[own] = dtrsm(1.0, top, found[own], lower=1)
             if len(rest):

@@ -32,6 +32,7 @@ from tissuec.mechanics.inverses import Indefinite, Iterations
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.stability import firm_inverse
 from tissuec.mechanics.stiffness import Factorization
+from tissuec.mechanics.turned_holders import after_turns
 from tissuec.model.network import Floats
 
 PRECISE = 1e-12  # of the largest force: what may be left of one that balances
@@ -278,12 +279,17 @@ def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
 
     K Δx = F(before) - K' Δx', where K' Δx' are the forces by the motion of held nodes. (T.
     Belytschko et al., Nonlinear Finite Elements for Continua and Structures, 2014, chapter 6.)
+    Where holders have turned far, see ``after_turns``.
 
     Args:
         x: Where the free nodes are otherwise, which is the result if it has less energy.
         before: Where all nodes of the scene were before held ones moved [m], shape (node, 3).
     """
     bars = balance.bars(x)
+    energy, _ = balance.energy(x, bars)
+    turned = after_turns(balance, before, bars.position)
+    if turned is not None and balance.energy(turned, balance.bars(turned))[0] < energy:
+        return turned
     moved = bars.position - before
     moved[balance.free] = 0.0
     start = before[balance.free]
@@ -297,8 +303,7 @@ def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
     if made is None:
         return x
     found = start + made[1]
-    energies = [balance.energy(each, balance.bars(each))[0] for each in (found, x)]
-    return found if energies[0] < energies[1] else x
+    return found if balance.energy(found, balance.bars(found))[0] < energy else x
 
 
 def _by_chord(

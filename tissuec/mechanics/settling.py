@@ -55,6 +55,7 @@ WAYS = 4  # softest motions that are looked at where an equilibrium is unstable
 SEARCHED = 600  # free nodes of a net at most for this search, which takes 25 s in 16³ cells
 EVENLY = 1e-6  # of a way: a part along a motion that is no more than rounding
 LANDING = 20  # halvings of the step in which a piece that falls touches something
+FOLLOWS = 1e-2  # of the motion of holders: how far free nodes have moved that wait for it
 
 
 class Unsettled(Exception):
@@ -150,10 +151,11 @@ def _lost(balance: Balance, network: Network, x: Floats) -> tuple[Remark, ...]:
 
 
 def _have_holders_moved(state: State, balance: Balance, x: Floats, before: Floats) -> bool:
-    """Return whether held nodes are elsewhere than before, and free nodes are not."""
+    """Return whether held nodes have moved far more than free ones."""
     held = state.held
-    stay = np.array_equal(x, before[balance.free])
-    return stay and not np.array_equal(state.position[held], before[held])
+    moved = norm(state.position[held] - before[held]).max(initial=0.0)
+    follows = norm(x - before[balance.free]).max(initial=0.0)
+    return bool(moved > 0.0) and bool(follows <= FOLLOWS * moved)
 
 
 def _let_relax(state: State, balance: Balance) -> None:
