@@ -69,9 +69,9 @@ class Tapers(NamedTuple):
     @classmethod
     def of(cls, corners: Floats) -> "Tapers":
         """Return the tapers of cells with corners [m], shape (cell, 8, 3)."""
-        from tissuec.geometry.bent_cells import SHARES  # where there are hexahedra
+        from tissuec.geometry.bent_cells import HEXAHEDRON  # where there are hexahedra
 
-        parts = SHARES[:6] @ corners
+        parts = HEXAHEDRON.shares[:6] @ corners
         edges, modes = parts[:, :3], parts[:, 3:][:, [[0, 2, 1], [2, 0, 0], [1, 0, 0]]]
         square = dot(edges, edges)
         along = np.einsum("nijc,nic->nij", modes, edges) / square[:, None] ** 2
