@@ -45,7 +45,7 @@ class CellForm(NamedTuple):
 
     @property
     def terms(self) -> list[Floats]:
-        """Return ``TERMS`` at all points, shape (point,) each."""
+        """Return ``TERMS``, which are dimensionless, at all points, shape (point,) each."""
         return [self.points[:, list(axes)].prod(axis=1) for axes in TERMS]
 
     def measured(self, shape: ElementShape, corners: Floats) -> "DrawnCells":
@@ -243,9 +243,15 @@ def within(vectors: Floats, normal: Floats) -> Floats:
 
 
 def even_part(one: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Return what two vectors stretch, without its trace, shape (cell, 6); and the trace.
+    """Return the symmetric product of two vectors, without its trace; and the trace.
 
     It is their outer product, plus its transpose if they differ.
+
+    Args:
+        one, other: In any units, shape (cell, 3); the same array for a square.
+
+    Returns:
+        In the product of these units, shape (cell, 6) and (cell,).
     """
     outer = np.einsum("ex,ey->exy", one, other)
     whole = outer if one is other else outer + outer.swapaxes(1, 2)

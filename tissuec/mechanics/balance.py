@@ -110,7 +110,7 @@ class Balance:
 
     @property
     def every_end(self) -> NDArray[np.integer]:
-        """Return the ends of all springs and edges, also of those between held nodes."""
+        """Return the ends of all springs and edges, held or not, shape (spring, 2)."""
         return self._every.ends
 
     @property

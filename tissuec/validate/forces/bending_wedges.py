@@ -327,11 +327,11 @@ class BendingWedges:
         return found.reshape(-1, 6, 3)
 
     def resisting(self, at: _BentWedges, rates: Floats, viscosity: Floats) -> Floats:
-        """Return no forces: there is no last mode to brake, shape (cell, 3)."""
+        """Return no forces [N]: there is no last mode to brake, shape (cell, 3)."""
         return np.zeros_like(rates[:, :, 3])
 
     def turned(self, at: _BentWedges, piola: Floats, resisting: Floats) -> Floats:
-        """Return what a stress P does, by places [N], shape (cell, 6, 3).
+        """Return the forces of a stress P on nodes [N], shape (cell, 6, 3).
 
         Args:
             piola: w P of the points [J], shape (cell, point, 3, 3).
