@@ -541,7 +541,9 @@ def _blocks(
             from tissuec.compiler.contact.build import contact_of
 
             law = scene.environment
-            contact = contact_of(network, tools, law, findings, settles=settles)
+            contact = contact_of(
+                network, tools, law, findings, balances=plan.balances, settles=settles
+            )
     found = [] if contact is None else [contact.block]
     if scene.forces and is_whole:
         from tissuec.compiler.forces import force_blocks  # where there are any

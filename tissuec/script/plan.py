@@ -16,7 +16,7 @@ from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.procedures import Choices
 from tissuec.script.verbs import Action
-from tissuec.script.verbs.settle import StaticInterval
+from tissuec.script.verbs.settle import Settle, StaticInterval
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.geometry.surfaces import Smoothing
@@ -221,6 +221,14 @@ class Plan(Struct, frozen=True, eq=False):
     def every_event(self) -> tuple[ScheduledAction, ...]:
         """The actions at set times, and then those that follow conditions."""
         return *self.events, *(event for trigger in self.triggers for event in trigger.events)
+
+    @property
+    def balances(self) -> bool:
+        """Return whether forces are to balance, at a time or all the time."""
+        every = (event.action for event in self.every_event)
+        return self.simulation.is_static or any(
+            isinstance(action, Settle | StaticInterval) for action in every
+        )
 
     @property
     def static_intervals(self) -> list[StaticInterval]:

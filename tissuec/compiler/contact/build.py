@@ -119,17 +119,16 @@ class Faces(Struct, frozen=True, eq=False):
 
 def contact_of(
     network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings,
-    *, settles: bool = False,
+    *, balances: bool, settles: bool = False,
 ) -> "Contact | None":  # fmt: skip
     """Return the contact of a scene, None if there is none.
 
     Args:
         tools: Those that may touch.
-        environment: Of the scene.
+        balances: Whether the scene has equilibria.
         settles: Whether the scene settles at 0 s, so that what overlaps comes to rest.
     """
-    law = environment.contact
-    if law is None:
+    if (law := environment.contact) is None:
         return None
     points = face_points(network, tools, law)
     touchable = _touchable(network, points)
@@ -174,7 +173,8 @@ def contact_of(
         there=np.ones(len(touchable.nodes), dtype=bool),
     )
     if points is not None and sides is not None:
-        contact = _with_points(contact, points, sides, network, parts, environment, findings)
+        own = stiffness_of(points, network, environment, findings, balances=balances)
+        contact = _with_points(contact, points, sides, network, parts, law, own)
     _warn_of_drawn_touches(contact, network, tools, sides, findings, settles=settles)
     return contact
 
@@ -216,28 +216,26 @@ def _touchable(network: Network, points: FacePoints | None) -> _Touchable:
 
 def _with_points(
     contact: "Contact", points: FacePoints, sides: SideTables, network: Network,
-    parts: "list[Faces]", environment: Environment, findings: Findings,
+    parts: "list[Faces]", law: EnvironmentEntries, stiffness: Floats,
 ) -> "Contact":  # fmt: skip
     """Return contact with the stiffness of points and the pairs of groups that may touch.
 
     Args:
         sides: Which groups are kept outside of solids.
         parts: Faces of tools, of threads, and of skins.
+        stiffness: Of points [N/m], shape (point,).
     """
     from tissuec.forces.contact.sides import Meetings  # where something touches
 
-    law = environment.contact
-    assert law is not None, "otherwise there are no points"
     of_tools, of_threads, of_skins = parts
     shapes, bodies = len(of_tools.kind), len(network.bodies)
     skins = shapes + bodies + _owners(network)[of_skins.points[:, 0]]
     skins[are_mirrored(network)[: len(skins)]] = shapes + 2 * bodies
     of = np.concatenate([np.arange(shapes), shapes + of_threads.spared, skins])
     group = np.append(_owners(network), points.group(bodies))
-    own = stiffness_of(points, network, environment, findings)
     return replace(
         contact,
-        stiffness=np.append(contact.stiffness, own),
+        stiffness=np.append(contact.stiffness, stiffness),
         layer=law.contact_layer or SOFT * float(points.face_size.min()),
         between=points.between,
         meetings=Meetings(group, of, points.meetings(network), *sides[:3]),

@@ -3,8 +3,9 @@
 A face has points x_q with the areas A_q of a rule of quadrature, so that contact is a pressure
 k δ [Pa], whatever the mesh. By default, k is c E*/h, with E* = E/(1 - ν²) of the
 element behind the face, h its size and c = 12: a layer that is a twelfth as thick as an element
-and that lets faces, which do not bend, follow a tool. For walls of the thickness t, whose faces
-carry load by tension, k is c E* t/h².
+and that lets faces, which do not bend, follow a tool. Scenes whose forces are to balance have
+c = 24, with which balls press as on smooth tissue; elsewhere it would shorten steps.
+For walls of the thickness t, whose faces carry load by tension, k is c E* t/h².
 
 Where two bodies touch, E* is the smaller one: points of the firmer body that touch a softer one
 are points of their own, which touch nothing else.
@@ -39,7 +40,7 @@ from tissuec.scene.model import Tool
 from tissuec.scene.reading.entry_hints import missing
 from tissuec.scene.reading.findings import Findings
 
-HARDNESS = 12.0  # c
+HARDNESS, AT_REST = 12.0, 24.0  # c in scenes that only move, and with equilibria
 THIN = 0.5  # of the size of a face: a radius below has points along the axis
 SMALL = 1.2  # the same: a radius below needs more points on faces
 FEW, MANY = fourth_degree(), even(4)
@@ -607,14 +608,16 @@ def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
 
 
 def stiffness_of(
-    points: FacePoints, network: Network, environment: Environment, findings: Findings
-) -> Floats:
+    points: FacePoints, network: Network, environment: Environment, findings: Findings,
+    *, balances: bool,
+) -> Floats:  # fmt: skip
     """Return the stiffness of each point of contact [N/m], shape (point,).
 
     Args:
         points: Of the network.
         network: With its elements.
         environment: The environment, which may set the pressure per depth.
+        balances: Whether the scene has equilibria.
     """
     assert environment.contact is not None, "otherwise there are no points"
     axis, threaded = points.owner < 0, points.is_on_thread
@@ -634,6 +637,7 @@ def stiffness_of(
     firm, hard = _of_elements(points.between.triangles, network)
     found = np.zeros(len(points.extent))
     faced = points.between.face != NO_FACE
+    hard *= AT_REST if balances else HARDNESS
     found[faced] = hard[points.between.face[faced]] * points.extent[faced]
     owner = np.searchsorted(points.bodies, points.owner[faced])
     area = np.bincount(owner, points.extent[faced])
@@ -654,7 +658,7 @@ def stiffness_of(
 
 
 def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
-    """Return E* [Pa] of the element behind each triangle, and the pressure per depth [Pa/m].
+    """Return E* [Pa] of the element behind each triangle, and k/c [Pa/m].
 
     Args:
         triangles: Corners, shape (triangle, 3).
@@ -673,5 +677,5 @@ def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
         firm[place] = 4.0 * g * (3.0 * k + g) / (3.0 * k + 4.0 * g)
         size = np.sqrt(2.0 * area[place])
         thick = one.weight[element] / area[place] if is_wall else size
-        hard[place] = HARDNESS * firm[place] * thick / size**2
+        hard[place] = firm[place] * thick / size**2
     return firm, hard

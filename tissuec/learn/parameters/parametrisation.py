@@ -231,7 +231,10 @@ class Parametrisation:
             return found
         scene = found.scene
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
-        contact = contact_of(found.network, tools, scene.environment, Findings())
+        balances = found.plan.balances
+        contact = contact_of(
+            found.network, tools, scene.environment, Findings(), balances=balances
+        )
         assert contact is not None
         return replace(found, network=found.network.with_blocks(contact.block))
 
