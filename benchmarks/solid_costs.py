@@ -186,12 +186,17 @@ def against_errors(times: int) -> Iterator[tuple[str, ...]]:
     """Yield the cheapest runs within errors, of each program, and a ratio."""
     for name, problem in PROBLEMS.items():
         costs: dict[str, list[tuple[float, float, str]]] = {}
+        exact: set[tuple[str, Any]] = set()  # whose finer runs cost more and win nothing
         for by, runs in problem.runs.items():
             for order, cells in runs if find_spec(by) else ():
+                if (by, order) in exact:
+                    continue
                 found = solved(by, name, order, cells, times)
                 if found is None:
                     continue
                 error = found["shown"] / problem.known - 1.0
+                if abs(error) <= min(ERRORS):
+                    exact.add((by, order))
                 label = f"{order}, {cells}" if by == "tissuec" else f"order {order}, {cells}"
                 costs.setdefault(by, []).append((found["seconds"], abs(error), label))
                 tell(f"{name}, {by}, {label}: {100 * error:+.2f} %, {found['seconds']:.2f} s")
