@@ -202,7 +202,7 @@ def test_the_fill_is_that_of_the_factor():
     x, v = inputs.inwards(state.position), inputs.inwards(state.velocity)
     assert inputs.is_direct()
     assert inputs.stage.assemble(1e-3, x, v, None, solver)
-    factor = inputs.stage._factor._factor
+    factor = inputs.stage._factor._pivoted._factor
     numbers = factor.L.nnz + factor.U.nnz
     assert inputs.stage.fill.numbers == pytest.approx(numbers, rel=0.25)
     columns = np.diff(factor.L.indptr).astype(float)

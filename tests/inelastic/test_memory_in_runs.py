@@ -288,7 +288,7 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
     network, plan = compiled.network, compiled.plan
     whole, before, after = (MemoryRecording() for _ in range(3))
     run(network, plan, Recorder(network, plan, whole))
-    calls = iter([False] * 7 + [True] * 1000)
+    calls = iter([False] * 9 + [True] * 1000)
     stopped = run(network, plan, Recorder(network, plan, before), interrupt=lambda: next(calls))
     assert stopped.kind == "interrupted"
     assert 0.07 <= stopped.state.time < 0.2  # after the changes

@@ -246,7 +246,7 @@ def test_what_cannot_be_finer_is_refused(fine, made, said):
          'cells ("cell" = 3 mm); 18 mm or 21 mm would fit'),
         ("(4, 4, 2)", "springs",
          'a "cell" that differs by direction is for bodies made of elements'),
-        ("(4, 4)", "elements", "a vector has three components"),
+        ("(4, 4)", "elements", "cell is one number, or three for x, y and z"),
         ("(4, 4, -1)", "elements", "cell cannot be -1 mm along z"),
     ],
 )  # fmt: skip
