@@ -16,7 +16,7 @@ import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from resource import RUSAGE_SELF, getrusage
+from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from statistics import median
 from subprocess import run as run_process
 from tempfile import TemporaryDirectory
@@ -132,8 +132,8 @@ PROBLEMS = {
 }  # fmt: skip
 
 
-def own(name: str, shape: str, cells: int) -> float:
-    """Return the answer of tissuec."""
+def own(name: str, shape: str, cells: int, times: int) -> dict[str, Any]:
+    """Return the answer of ``tissuec run``, and the median of its seconds."""
     problem = PROBLEMS[name]
     with TemporaryDirectory() as folder:
         if problem.case is None:
@@ -144,13 +144,24 @@ def own(name: str, shape: str, cells: int) -> float:
             text = text_of(problem.case, lattice(problem.case, cells))
         if shape == "quadratic":
             text = text.replace("made of elements", "made of quadratic elements")
-        scene = Path(folder, "scene.tis")
+        scene, result = Path(folder, "scene.tis"), Path(folder, "scene.vtkhdf")
         scene.write_text(text, encoding="utf-8")
-        with tissuec.run(scene, companion="off") as run:
-            assert run.finished
+        command = ["-m", "tissuec", "run", str(scene), "-o", str(result), "--companion", "off"]
+        seconds: list[float] = []
+        for _ in range(times):
+            before = getrusage(RUSAGE_CHILDREN)
+            run_process(
+                [sys.executable, *command], capture_output=True, check=True,
+                env=os.environ | ONE_THREAD,
+            )  # fmt: skip
+            after = getrusage(RUSAGE_CHILDREN)
+            seconds.append(sum(after[:2]) - sum(before[:2]))
+        with tissuec.load(result) as run:
             if problem.case is None:
-                return -4e3 * float(run.logs["force of ball"].value[-1, 2])
-            return problem.case.measure(run, 1)
+                shown = -4e3 * float(run.logs["force of ball"].value[-1, 2])
+            else:
+                shown = problem.case.measure(run, 1)
+    return {"shown": shown, "seconds": median(seconds)}
 
 
 def process(command: list[str], times: int) -> dict[str, Any] | None:
@@ -173,8 +184,7 @@ def process(command: list[str], times: int) -> dict[str, Any] | None:
 def solved(by: str, name: str, order: Any, cells: int, times: int) -> dict[str, Any] | None:
     """Return the result of ``process`` for a problem, with as few steps of the load as do."""
     if by == "tissuec":
-        own_run = ["-m", "benchmarks.solid_costs", "--own", name, str(order), str(cells)]
-        return process(own_run, times)
+        return own(name, order, cells, times)
     asked = {"by": by, **PROBLEMS[name].entries, "order": order, "cells": cells}
     # By its path, so that nothing of this package is imported.
     path = str(Path(__file__).with_name("solid_rivals.py"))
@@ -255,27 +265,21 @@ def flex_rows(times: int) -> Iterator[tuple[str, ...]]:
 
 
 @click.command(help=__doc__)
-@click.option("--own", "problem", nargs=3, type=str, hidden=True)
 @click.option("--bar", type=int, hidden=True)
 @click.option("--times", default=3, show_default=True, help="Runs of each kind.")
 @click.option("--flexes", is_flag=True, help="Also compare with MuJoCo: ten minutes.")
 @write_option
 def main(
     *,
-    problem: tuple[str, str, str] | None,
     bar: int | None,
     times: int,
     flexes: bool,
     write: bool,
 ) -> None:
     """Measure everything."""
-    if problem is not None or bar is not None:
-        if problem is not None:
-            shown: Any = own(problem[0], problem[1], int(problem[2]))
-        else:
-            assert bar is not None
-            with TemporaryDirectory() as folder:
-                shown = answers(_cantilever(), "hexahedra", bar, Path(folder))
+    if bar is not None:
+        with TemporaryDirectory() as folder:
+            shown = answers(_cantilever(), "hexahedra", bar, Path(folder))
         used = getrusage(RUSAGE_SELF)
         seconds = used.ru_utime + used.ru_stime
         click.echo(
