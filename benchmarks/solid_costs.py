@@ -287,11 +287,10 @@ def main(
         )
         return
     heads = ("problem", "error", "tissuec", "felupe", "NGSolve", "tissuec / best other")
-    tables = {"errors": table(heads, list(against_errors(times)))}
+    publish("solid_costs", {"errors": table(heads, list(against_errors(times)))}, write=write)
     if flexes:
         bars = ("bar", "0.5 mN", "2.3 mN", "7 mN", "time")
-        tables["flexes"] = table(bars, list(flex_rows(times)))
-    publish("solid_costs", tables, write=write)
+        publish("solid_flexes", {"times": table(bars, list(flex_rows(times)))}, write=write)
 
 
 if __name__ == "__main__":

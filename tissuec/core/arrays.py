@@ -117,6 +117,11 @@ def irregular(count: int) -> Floats:
     return np.sin(1.0 + np.arange(count, dtype=float) ** 2)
 
 
+def unknowns(nodes: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return the numbers of the coordinates x, y, z of nodes, shape (3 node,)."""
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
 def rigid_motions(position: Floats) -> Floats:
     """Return the velocities of points by unit twists about the origin, shape (point, 3, 6).
 

@@ -20,6 +20,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import unknowns
 from tissuec.geometry.edges import Edges
 from tissuec.matter.linear import elongations, solution, stiffness, with_cells
 from tissuec.model.network import Floats, Grid
@@ -91,7 +92,7 @@ def of_solid(
     even = rows @ np.stack([_evenly(position, *pair) for pair in VOIGT], axis=1)
     inside = np.ones(len(position), dtype=bool)
     inside[boundary] = False
-    free = (3 * np.flatnonzero(inside)[:, None] + np.arange(3)).ravel()
+    free = unknowns(np.flatnonzero(inside))
     return _constants(_relaxed(rows[:, free], constant, even) / volume, "Pa", ("x", "y", "z"))
 
 

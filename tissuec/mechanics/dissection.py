@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 
+from tissuec.core.arrays import unknowns
 from tissuec.mechanics.fronts import CholeskyFactor, Fronts
 from tissuec.model.network import Floats, Indices
 
@@ -39,8 +40,7 @@ class EliminationOrder:
         Args:
             matrix: Symmetric, with three rows for each node, shape (3 node, 3 node).
         """
-        nodes = self._dissected(matrix).nodes
-        return (3 * nodes[:, None] + np.arange(3)).ravel()
+        return unknowns(self._dissected(matrix).nodes)
 
     def cholesky(self, matrix: csc_matrix) -> CholeskyFactor | None:
         """Return the factor of a symmetric matrix; None if it is not positive definite."""

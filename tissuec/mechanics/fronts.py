@@ -19,6 +19,7 @@ from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse import bsr_matrix
 
+from tissuec.core.arrays import unknowns
 from tissuec.core.signals import give_way
 from tissuec.model.network import Floats, Indices
 
@@ -96,11 +97,11 @@ class Fronts(Struct, frozen=True, eq=False):
             )
             places = down[:, :, None] + 3 * len(within) * across[:, None, :]
             before = [
-                (one, _unknowns(np.searchsorted(within, rests[one]))) for one in earlier[k]
+                (one, unknowns(np.searchsorted(within, rests[one]))) for one in earlier[k]
             ]
             own = (3 * start, 3 * stop)
-            each.append(Front(own, _unknowns(rest), lower[part], places, before))
-        return cls(matrix.indptr, matrix.indices, _unknowns(nodes), each)
+            each.append(Front(own, unknowns(rest), lower[part], places, before))
+        return cls(matrix.indptr, matrix.indices, unknowns(nodes), each)
 
     def fit(self, matrix: bsr_matrix) -> bool:
         """Return whether a matrix has these blocks."""
@@ -156,8 +157,3 @@ class CholeskyFactor:
     def _each(self) -> Iterator[tuple[slice, Indices, Floats, Floats]]:
         for front, (top, below) in zip(self._fronts.each, self._columns, strict=True):
             yield slice(*front.own), front.rest, top, below
-
-
-def _unknowns(nodes: Indices) -> Indices:
-    """Return the three unknowns of each node, shape (3 node,)."""
-    return (3 * nodes[:, None] + np.arange(3)).ravel()

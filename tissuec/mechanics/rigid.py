@@ -45,7 +45,7 @@ class RigidPiece(Struct, frozen=True, eq=False):
     @property
     def unknowns(self) -> Indices:
         """Return where the coordinates of its nodes are among those of all, shape (3 n,)."""
-        return (3 * self.nodes[:, None] + np.arange(3)).ravel()
+        return arrays.unknowns(self.nodes)
 
 
 class Freedom(Struct, frozen=True, eq=False):

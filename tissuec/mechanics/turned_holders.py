@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags_array
 from scipy.sparse.linalg import cg
-from scipy.spatial.transform import Rotation
 
 from tissuec.core.arrays import dot, largest_side, norm
 from tissuec.mechanics.balance import Balance
@@ -42,6 +41,8 @@ def after_turns(balance: Balance, before: Floats, now: Floats) -> Floats | None:
     turns = _turns(ends, balance.every_end, is_free, before, now)
     if turns is None:
         return None
+    from scipy.spatial.transform import Rotation  # it takes a while to import
+
     count = len(ends)
     signs, begin = np.tile((-1.0, 1.0), count), 2 * np.arange(count + 1)
     apart = csr_matrix((signs, ends.ravel(), begin), shape=(count, len(before)))
@@ -87,11 +88,16 @@ def _turns(
     for one in np.unique(label[held]):
         nodes = held[label[held] == one]
         drawn, moved = (x[nodes] - x[nodes].mean(axis=0) for x in (before, now))
-        if np.linalg.matrix_rank(drawn, 1e-6 * largest_side(drawn)) < 2:
+        size = largest_side(drawn)
+        if norm(moved - drawn).max() <= RIGID * size:
+            continue  # it is where it was, or only shifted
+        if np.linalg.matrix_rank(drawn, 1e-6 * size) < 2:
             continue  # a point or a line does not say how it turns
+        from scipy.spatial.transform import Rotation
+
         turn, _ = Rotation.align_vectors(moved, drawn)
         left = norm(turn.apply(drawn) - moved).max()
-        if left > RIGID * largest_side(drawn):
+        if left > RIGID * size:
             return None
         turns[nodes] = turn.as_rotvec()
         most = max(most, turn.magnitude())

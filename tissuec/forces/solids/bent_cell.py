@@ -260,7 +260,7 @@ class CellModes:
         ]
 
     def skewed(self, c: Numbers) -> list[Number]:
-        """Return what j_k leave out: slopes of volume along ξ_k that lie across the plane."""
+        """Return the slopes of volume along ξ_k that j_k leave out: those across the plane."""
         found = list[Number]()
         for k, (i, j) in enumerate(ACROSS):
             out = self.cell.volume / c.volume * autodiff.cross(self.e[i], self.e[j])

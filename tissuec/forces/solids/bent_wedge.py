@@ -122,7 +122,7 @@ class WedgeModes(CellModes):
         return [autodiff.dot(second, across), autodiff.dot(first, across), rising]
 
     def skewed(self, c: Numbers) -> list[Number]:
-        """Return what j_k leave out; see ``CellModes``. Along ζ alone, there is any."""
+        """Return the slopes that j_k leave out, which is one along ζ; see ``CellModes``."""
         out = self.cell.volume / c.volume * autodiff.cross(self.e[0], self.e[1])
         parts = zip(c.skew, self.g[::-1], strict=True)
         one, other = (share * autodiff.dot(out, g) for share, g in parts)
@@ -136,5 +136,5 @@ class WedgeModes(CellModes):
 
 
 def _along(step: Sequence[float], one: Vector, other: Vector) -> Vector:
-    """Return what changes along a step of natural coordinates, given its slopes."""
+    """Return the change of a vector along a step of natural coordinates, by its slopes."""
     return step[0] * one + step[1] * other

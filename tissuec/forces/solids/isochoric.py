@@ -34,7 +34,7 @@ def falling(x: Number, thirds: int, least: float) -> Number:
 
 
 def folded(j: Number) -> Number:
-    """Return what is added to g I1 below ``LEAST``, which makes it at least 3 there as well.
+    """Return the term that keeps g I1 at least 3 below ``LEAST`` as well.
 
     As I1 ≥ 3 |J|^(2/3), at least 3 (1 - g |J|^(2/3)) is needed. That is at most 3 s³ with
     s = 1 - J/LEAST; for g² I2 ≥ 3 g² |J|^(4/3), twice as much is enough. The polynomial exceeds

@@ -466,7 +466,7 @@ def _of_volume(kind: SolidKind, j: Number, p: Numbers) -> list[Number]:
 
 
 def _chosen(kind: SolidKind, of: Callable[[SolidLaw], Number], p: Numbers) -> Number:
-    """Return what is evaluated for each law, of the law that the element follows."""
+    """Return a quantity of the law that the element follows, from those of all laws."""
     laws, each = kind.laws, [of(law) for law in kind.laws]
     found = each[0]
     for number, other in enumerate(each[1:], start=1):

@@ -16,6 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.core.arrays import unknowns
 from tissuec.core.structs import replace
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.event_queue import ActionQueue
@@ -228,7 +229,7 @@ class StaticResponse:
         free: Indices,
         size: float,
     ):
-        self.entries = (3 * free[:, None] + np.arange(3)).ravel()
+        self.entries = unknowns(free)
         self.weights = np.repeat(mass[free], 3)
         inner = by_x[self.entries][:, self.entries]
         matrix = sparse.csc_matrix(-sparse.diags(self.weights) @ inner)

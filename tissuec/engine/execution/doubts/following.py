@@ -131,7 +131,7 @@ class ElementFollower:
         self._bodies, self.memory = bodies, FollowedMemory()
 
     def describe(self, state: State, body: BodyPart, count: int, place: str) -> Finding:
-        """Return what is to be said of a body.
+        """Return the finding for a body.
 
         Args:
             state: As of ``Watch.look``.

@@ -71,7 +71,7 @@ class InvertedElements(ElementFollower):
         return cls(bodies) if bodies else None
 
     def describe(self, state: State, body: BodyPart, count: int, place: str) -> Finding:
-        """Return what is to be said of a body; as of ``ElementFollower``."""
+        """Return the finding for a body; see ``ElementFollower``."""
         return Finding(
             body.name, count, f"elements of {body.name} are inside out", place, "element",
             "forces are wrong there; press, pull or twist the body less, or use smaller "

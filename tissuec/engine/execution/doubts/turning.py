@@ -111,7 +111,7 @@ class TurnedTooFar(ElementFollower):
         return cls(bodies) if bodies else None
 
     def describe(self, state: State, body: BodyPart, count: int, place: str) -> Finding:
-        """Return what is to be said of a body; as of ``ElementFollower``."""
+        """Return the finding for a body; see ``ElementFollower``."""
         return Finding(
             body.name, count,
             f"opposite sides of elements of {body.name} are turned by more than 90°",
