@@ -11,6 +11,7 @@ from tests.contact.scenes import play
 from tests.contact.test_faces import deformed, forces, forces_of_an_energy
 from tests.every import every
 from tests.validate.scenes import compiled_scene, quantity, validated
+from tissuec.engine.execution.doubts import Follower
 from tissuec.engine.execution.doubts.sinking import Sinking
 from tissuec.forces.contact.sides_kernel import CLOSED, TORN
 from tissuec.mechanics.balance import Balance
@@ -327,7 +328,7 @@ def test_deep_is_a_quarter_of_the_thickness_of_a_plate_of_equal_volume(drop, cou
     compiled = compiled_scene(CUBES.format(apart=10.0, way=2.0, entries=""))
     network, position = compiled.network, compiled.network.position.copy()
     watch = Sinking.of(network, compiled.plan)
-    assert watch is not None
+    assert isinstance(watch, Follower), "it is asked wherever nodes have moved far"
     position[network.bodies[1].nodes, 2] -= drop
     found = list(watch.look(SimpleNamespace(contact=network.contact), position))
     assert len(found) == count

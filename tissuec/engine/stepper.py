@@ -383,9 +383,8 @@ class Stepper:
         for body in self.network.bodies:
             drift[body.nodes] = velocity[body.nodes].mean(axis=0)
         work.drift[:] = inputs.inwards(drift)
-        self.update(
-            speed_now=float(norm(velocity - drift)[: work.moving.size].max(initial=0.0))
-        )
+        speed = float(norm(velocity - drift)[: work.moving.size].max(initial=0.0))
+        self.update(speed_now=speed)
 
     # --- samples ------------------------------------------------------------------------------
 

@@ -77,19 +77,11 @@ class Follower(Watch, Protocol):
 
     memory: Struct
 
-    def is_due(self, position: Floats) -> bool:
-        """Return whether a node has moved so far that a check is needed.
+    def leeway(self, position: Floats) -> float:
+        """Return how far nodes can move before a check is needed [m]; 0 or less if it is due.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
-        """
-        ...
-
-    def leeway(self, position: Floats) -> float:
-        """Return how far nodes can move before a check may be needed [m].
-
-        Args:
-            position: Of all nodes, just after ``is_due`` was asked [m], shape (node, 3).
         """
         ...
 
@@ -191,9 +183,11 @@ class Watcher:
         leeway = np.inf
         for watch in self._at_work[1]:
             watch.memory = memory.kept.setdefault(watch.kind, watch.memory)
-            if always or watch.is_due(position):
+            own = watch.leeway(position)
+            if always or own <= 0.0:
                 self._ask(watch, state, time, position, memory)
-            leeway = min(leeway, max(watch.leeway(position), 0.0))
+                own = watch.leeway(position)
+            leeway = min(leeway, max(own, 0.0))
         return leeway
 
     @cached_property

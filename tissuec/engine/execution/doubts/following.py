@@ -1,8 +1,8 @@
 """Elements that are watched as closely as their nodes move, also between two outputs.
 
-An examination of a body tells by how far all of its nodes can move, beside a common
-translation, before any further element can be found. The loop over steps comes back when nodes
-may have moved that far.
+An examination tells how far the nodes of a body can move, apart from a common translation,
+before further elements can be found. The loop over steps comes back when nodes may have moved
+that far.
 """
 
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from tissuec.forces.solids.elements import SolidElements
 
-# Parts of the margin as drawn. Nodes move by the first one between two examinations at least:
-# elements that hover at the limit are not examined at each step. By the second one they move
-# while something is found, which is to be counted only.
+# Parts of the margin as drawn. Nodes move by at least the first one between two examinations,
+# so that elements that hover at the limit are not examined at each step. While elements are
+# found, which only remain to be counted, it is the second one.
 LEAST, AGAIN = 0.1, 0.5
 
 
@@ -144,10 +144,6 @@ class ElementFollower:
     def leeway(self, position: Floats) -> float:
         """Return how far nodes can move before a look is due; as of ``Follower``."""
         return min(body.leeway(self._last(body), position) for body in self._bodies)
-
-    def is_due(self, position: Floats) -> bool:
-        """Return whether a look is due; as of ``Follower``."""
-        return self.leeway(position) <= 0.0
 
     def look(self, state: State, position: Floats) -> "Iterator[Finding]":
         """Yield the bodies with such elements; as ``Watch.look``."""

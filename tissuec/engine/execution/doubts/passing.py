@@ -241,15 +241,13 @@ class Passing:
         ]
         return cls(network, pairs) if pairs else None
 
-    def is_due(self, position: Floats) -> bool:
-        """Return whether nodes have moved so far that a line may have passed."""
-        before = self._before
-        way = position[self._nodes] - before[self._nodes]
-        return bool(np.abs(way).max(initial=0.0) > self._apart)
-
     def leeway(self, position: Floats) -> float:
-        """Return infinity: the run comes back when it leaves the lists of near pairs."""
-        return np.inf
+        """Return 0 if nodes have moved so far that a line may have passed, otherwise infinity.
+
+        The run comes back when it leaves the lists of near pairs.
+        """
+        way = position[self._nodes] - self._before[self._nodes]
+        return 0.0 if np.abs(way).max(initial=0.0) > self._apart else np.inf
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         before, memory, alive = self._before, self.memory, state.alive

@@ -57,11 +57,15 @@ class Sinking:
         is_kept = contact is not None and np.isfinite(contact.meetings.distances).any()
         return cls(network) if is_kept else None
 
-    def is_due(self, position: Floats) -> bool:
-        """Return whether nodes have moved so far that a body may have passed."""
+    def leeway(self, position: Floats) -> float:
+        """Return 0 if nodes have moved so far that a body may have passed, otherwise infinity.
+
+        The run comes back when it leaves the lists of near pairs.
+        """
         before = self._network.position if self.memory.before is None else self.memory.before
         nodes = slice(self._network.body_nodes)
-        return bool(np.abs(position[nodes] - before[nodes]).max(initial=0.0) > self._apart)
+        way = position[nodes] - before[nodes]
+        return 0.0 if np.abs(way).max(initial=0.0) > self._apart else np.inf
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         """Yield the bodies that are deep in others now, and those that were."""
