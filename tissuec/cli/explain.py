@@ -89,7 +89,7 @@ def command(
 
         plan = predict(compiled)
         parts += plan_sections(plan)
-        document["plan"] = as_data(plan)
+        document["plan"] = as_data(plan) | {"cost": plan.cost._asdict()}
     if settings.verbose:
         settings.warn(warnings)
     return Report(parts, document)

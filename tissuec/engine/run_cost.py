@@ -1,8 +1,9 @@
 """The predicted time of a run, counted from array sizes so that it is reproducible.
 
 It is that of the whole command ``tissuec run`` without the companion run, as processor time on
-one core, with kernels that were compiled before. Beside steps (``method_trial``) and equilibria
-(``static_cost``) it consists of what was measured in the shipped scenes:
+one core, with kernels that were compiled before. Besides steps (``method_trial``) and
+equilibria (``static_cost``) it has parts whose constants are chosen so that the totals agree
+with the shipped scenes (``benchmarks.plans``):
 
 - start: modules are imported, the file is begun and closed, doubts are looked for;
 - preparation: the text is compiled and checked, and rates of the net are bounded;
@@ -122,14 +123,17 @@ def motion_seconds(
     """
     if integrator is None:
         return 0.0 if plan.simulation.integrator == EQUILIBRIUM else steps * step
-    each, jets = integrator.evaluations, 0.0
+    each, duration, jets = integrator.evaluations, plan.simulation.duration, 0.0
     for event in plan.every_event:
-        if isinstance(event.action, Irrigate):  # which is not there at the start
-            lasts = min(event.action.profile.stop, plan.simulation.duration)
-            share = lasts / plan.simulation.duration
-            jets += (
-                IN_JETS * share * each * event.action.jet(state, event.action.profile).seconds
-            )
+        action = event.action
+        if not isinstance(action, Irrigate):
+            continue
+        lasts = max(min(action.profile.stop, duration - event.time), 0.0)
+        more = IN_JETS * lasts / duration
+        known = state.jets.get(action.nozzle)
+        if known is not None and known.span == action.span:  # at 0 s: once in ``step``
+            more -= 1.0
+        jets += more * each * action.jet(state, action.profile).seconds
     if plan.simulation.step is not None:
         return steps * (step + jets)
     return MORE * steps * (step + jets) + FIRST / each * step
