@@ -13,6 +13,7 @@ from tests.derivatives import forces
 from tests.forces.test_elements import SPAN, with_flat_sides
 from tests.forces.test_elements import mesh as distorted
 from tests.laws.test_solid_laws import SAMPLES
+from tissuec.core.arrays import rigid_motions
 from tissuec.core.structs import replace
 from tissuec.forces.solids.bent_elements import kind_of
 from tissuec.forces.solids.elements import SolidMaterial
@@ -75,6 +76,15 @@ def of_edges(places):
 # --- bending ----------------------------------------------------------------------------------
 
 
+def moved_by(elements, places, load):
+    """Return how far forces without a resultant move nodes [m], shape (3 node,)."""
+    # Rigid motions are the only ones without force: a spring each, which bears nothing.
+    rigid = rigid_motions(places - places.mean(axis=0)).reshape(-1, 6)
+    rigid, stiff = np.linalg.qr(rigid)[0], matrix_at(elements, places)
+    stiff += np.trace(stiff) / len(stiff) * rigid @ rigid.T
+    return solve(stiff, load.ravel(), assume_a="pos")
+
+
 def bent_by_moments(ratio, across, poisson):
     """Return the work of moments at the ends of a bar over that of the theory of beams.
 
@@ -88,15 +98,7 @@ def bent_by_moments(ratio, across, poisson):
     load = np.zeros_like(places)
     for x, sign in ((0.0, -1.0), (long, 1.0)):
         load[np.isclose(places[:, 0], x), 0] = sign * pull.ravel()
-    # Rigid motions are the only ones without force: a spring each, which bears nothing.
-    free = places - places.mean(axis=0)
-    rigid = [np.cross(axis, free).ravel() for axis in np.eye(3)]
-    rigid += [np.tile(axis, len(places)) for axis in np.eye(3)]
-    rigid = np.linalg.qr(np.array(rigid).T)[0]
-    stiff = matrix_at(elements, places)
-    stiff += np.trace(stiff) / len(stiff) * rigid @ rigid.T
-    moved = solve(stiff, load.ravel(), assume_a="pos")
-    return load.ravel() @ moved / (long / 12.0 / YOUNG)
+    return load.ravel() @ moved_by(elements, places, load) / (long / 12.0 / YOUNG)
 
 
 RATIOS = (0.1, 0.25, 1.0, 4.0, 20.0)  # edges along the bar over those across

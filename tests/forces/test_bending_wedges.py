@@ -11,8 +11,9 @@ from scipy.spatial import Delaunay
 
 from tests.derivatives import forces
 from tests.forces.test_beams_of_papers import elastica
-from tests.forces.test_bending_cells import YOUNG, made_of, matrix_at, of_edges
+from tests.forces.test_bending_cells import YOUNG, made_of, matrix_at, moved_by, of_edges
 from tests.forces.test_elements import SPAN
+from tissuec.core.arrays import rigid_motions
 from tissuec.forces.solids.elements import SolidElements, SolidMaterial
 from tissuec.geometry.elements import SHAPES
 from tissuec.laws.solid.invariants import NeoHookean
@@ -79,14 +80,7 @@ def bent_by_moments(ratio, layers, poisson, kind, across=1):
         share = of_edges(flat[end, 1]).sum(axis=1)
         for k, one in enumerate(up):
             load[end + k * len(flat), 0] = sign * one * share
-    free = places - places.mean(axis=0)
-    rigid = [np.cross(axis, free).ravel() for axis in np.eye(3)]
-    rigid += [np.tile(axis, len(places)) for axis in np.eye(3)]
-    rigid = np.linalg.qr(np.array(rigid).T)[0]
-    stiff = matrix_at(elements, places)
-    stiff += np.trace(stiff) / len(stiff) * rigid @ rigid.T
-    moved = solve(stiff, load.ravel(), assume_a="pos")
-    return load.ravel() @ moved / (8.0 * cell * wide / 12.0 / YOUNG)
+    return load.ravel() @ moved_by(elements, places, load) / (8.0 * cell * wide / 12.0 / YOUNG)
 
 
 RATIOS = (0.1, 0.5, 1.0, 4.0, 20.0)  # edges along the layers over their thickness
@@ -364,9 +358,7 @@ def test_a_sphere_of_wedges_widens_under_pressure_as_lames(poisson):
     )
     number = np.arange(len(places))
     stiff = elements.matrix(0.0, places, number, len(places)).tocsc()
-    free = places - places.mean(axis=0)
-    rigid = [np.cross(axis, free).ravel() for axis in np.eye(3)]
-    rigid = np.array([*rigid, *(np.tile(axis, len(places)) for axis in np.eye(3))]).T
+    rigid = rigid_motions(places - places.mean(axis=0)).reshape(-1, 6)
     # Rigid motions bear no load: bordered by them, the matrix has one solution.
     bordered = block_array(
         [[stiff, coo_array(rigid)], [coo_array(rigid.T), None]], format="csc"

@@ -254,7 +254,7 @@ HARMLESS = {
 TRACED = (
     potential_fields.traced_item, pooled_fields._traced, pooled_kernels.kernels_of,
     pressure.traced_triangle, solid_point.traced_point, plane_point.traced_point,
-    point_fields.force_kernel, point_fields.record_kernel,
+    point_fields.kernel_of, point_fields.record_kernel,
     pressing.traced_pairs, contact._of_pairs_at_rest,
 )  # fmt: skip
 

@@ -20,6 +20,8 @@ from tissuec.compiled.calls import kernel_on
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.point_derivatives import pull_loop, push_loop
 from tissuec.compiled.loops.point_frame import PointTable
+from tissuec.compiled.loops.point_matrices import matrix_loop
+from tissuec.compiled.loops.points import force_loop
 from tissuec.compiled.loops.tables import recorded, room_for
 from tissuec.core.arrays import irregular
 from tissuec.core.keeping import kept_on_owner
@@ -27,14 +29,7 @@ from tissuec.core.structs import replace
 from tissuec.forces.element_fields import ElementField, young_of
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
 from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
-from tissuec.forces.point_kernels import (
-    Tracing,
-    derivative_kernel,
-    force_kernel,
-    limit_kernel,
-    matrix_kernel,
-    record_kernel,
-)
+from tissuec.forces.point_kernels import Tracing, kernel_of, limit_kernel, record_kernel
 from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors
 from tissuec.forces.solids.solid_point import SolidKind
@@ -318,9 +313,9 @@ class PointField(ElementField, frozen=True, dict=True):
         """Return pattern, kernel and table of the matrix of elements at free nodes."""
         numbers = np.frombuffer(number, np.int64)[self.nodes]
         own = self.only(np.flatnonzero((numbers >= 0).any(axis=1)))
-        kind, points = self._stiffened
+        kind, points = own._stiffened  # laws are numbered among these
         pattern = BlockPattern.of(numbers[(numbers >= 0).any(axis=1)], size)
-        kernel = matrix_kernel(own.traced, kind, own.nodes.shape[1], points)
+        kernel = kernel_of(matrix_loop, own.traced, kind, own.nodes.shape[1], points)
         table = own._table(kind, own.nodes, own._slots)
         return pattern, kernel, table._replace(targets=pattern.places.ravel())
 
@@ -651,8 +646,7 @@ class PointField(ElementField, frozen=True, dict=True):
             (self.nodes.shape[1], points),
         )
         pull, push = (
-            derivative_kernel(each, self.traced, kind, names, *shape)
-            for each in (pull_loop, push_loop)
+            kernel_of(each, self.traced, kind, names, *shape) for each in (pull_loop, push_loop)
         )
         return ForceDerivatives(names, pull, push)
 
@@ -729,7 +723,7 @@ class PointField(ElementField, frozen=True, dict=True):
     def kernel(self) -> GeneratedKernel:
         """Return the loop that adds forces, rates and powers."""
         kind, points = self._forced
-        return force_kernel(self.traced, kind, self.nodes.shape[1], points)
+        return kernel_of(force_loop, self.traced, kind, self.nodes.shape[1], points)
 
     @property
     def kind(self) -> SolidKind:
@@ -761,7 +755,7 @@ class PointField(ElementField, frozen=True, dict=True):
         return self._counted(self._present)
 
     def _counted(self, kind: SolidKind) -> tuple[SolidKind, int]:
-        """Return the kind that kernels have for one, and how many points."""
+        """Return the kind that kernels use for a kind, and their number of points."""
         return kind, self.points
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:

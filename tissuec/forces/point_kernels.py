@@ -14,8 +14,7 @@ from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.frame import LoopText
-from tissuec.compiled.loops.point_matrices import matrix_loop
-from tissuec.compiled.loops.points import force_loop, mean_loop, record_loop
+from tissuec.compiled.loops.points import mean_loop, record_loop
 from tissuec.forces.solids.element_limits import measures_of
 from tissuec.forces.solids.solid_point import SolidKind
 
@@ -65,36 +64,18 @@ def _measuring(
     return mean_loop(own, point, [every[name] for name in names], nodes, points)
 
 
-def written(
+@cache
+def kernel_of(
+    loop: Callable[..., LoopText], traced: Tracing, kind: Any, *arguments: Any
+) -> GeneratedKernel:
+    """Return the kernel of a loop over elements, such as ``force_loop``, with its arguments."""
+    made = partial(_written, loop, traced, kind, *arguments)
+    return GeneratedKernel(f"points_{loop.__name__}", made)
+
+
+def _written(
     loop: Callable[..., LoopText], traced: Tracing, kind: Any, *arguments: Any
 ) -> LoopText:
     """Return a loop over elements of a kind; its name is the last of the arguments."""
     *rest, name = arguments
     return loop(name, traced(kind), *rest)
-
-
-@cache
-def force_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
-    """Return the kernel that adds forces, rates and powers of elements."""
-    return GeneratedKernel(
-        "points_forces", partial(written, force_loop, traced, kind, nodes, points)
-    )
-
-
-@cache
-def matrix_kernel(traced: Tracing, kind: Any, nodes: int, points: int) -> GeneratedKernel:
-    """Return the kernel that adds the matrices of elements to the blocks of a matrix."""
-    return GeneratedKernel(
-        "points_matrices", partial(written, matrix_loop, traced, kind, nodes, points)
-    )
-
-
-@cache
-def derivative_kernel(
-    loop: Callable[..., LoopText], traced: Tracing, kind: Any, learnt: tuple[str, ...],
-    nodes: int, points: int,
-) -> GeneratedKernel:  # fmt: skip
-    """Return the kernel of ``pull_loop`` or ``push_loop``."""
-    return GeneratedKernel(
-        f"points_{loop.__name__}", partial(written, loop, traced, kind, learnt, nodes, points)
-    )

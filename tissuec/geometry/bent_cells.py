@@ -10,12 +10,11 @@ of A^k. With r_k = Σ ξ_k x/8 and q_h = Σ h x/8 of nodes x, F = Σ x_a ⊗ b_a
     F A_k = r_k + Σ_h (Σ h b·A_k) (q_h - Σ_m (Σ h X/8·A^m) r_m).
 
 Wedges are in ``geometry.bent_wedges``; see ``forces.solids.bent_cell`` for what follows from
-both. (Mean gradients, and modes
-that uniform strain leaves at rest: D. P. Flanagan, T. Belytschko, Int. J. Numer. Meth. Eng.
-17:679, 1981.)
+both. (Mean gradients, and modes that uniform strain leaves at rest: D. P. Flanagan,
+T. Belytschko, Int. J. Numer. Meth. Eng. 17:679, 1981.)
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -74,7 +73,7 @@ class DrawnCells(NamedTuple):
 
     Attributes:
         edges: A_k [m], shape (cell, 3, 3), by component and k.
-        modes: Σ h X / 8 [m], shape (cell, mode, 3).
+        modes: q_h of the nodes as drawn [m], shape (cell, mode, 3).
         dual: A^k [1/m], shape (cell, 3, 3), by k and component.
         parts: Of modes, m_k in Σ m_k A_k, shape (cell, mode, 3).
         slant: Σ h b·A_k of all modes, shape (cell, mode, 3).
@@ -168,8 +167,7 @@ class BentCells(NamedTuple):
     @property
     def rows(self) -> Floats:
         """Return all numbers of each cell in SI units side by side, shape (cell, number)."""
-        count = len(self.volume)
-        return np.concatenate([each.reshape(count, -1) for each in self], axis=1)
+        return side_by_side(self)
 
     @property
     def are_boxes(self) -> bool:
@@ -182,9 +180,7 @@ class BentCells(NamedTuple):
     @property
     def boxes(self) -> Floats:
         """Return the numbers of ``BOX_WIDTHS`` in SI units, shape (cell, number)."""
-        count = len(self.volume)
-        parts = np.sqrt(self.inverse_square), self.twist, self.volume
-        return np.concatenate([each.reshape(count, -1) for each in parts], axis=1)
+        return side_by_side((np.sqrt(self.inverse_square), self.twist, self.volume))
 
 
 def _twists(square: Floats) -> Floats:
@@ -235,6 +231,11 @@ class BentPlane(NamedTuple):
         return cls(
             np.stack(bends, axis=1), np.stack(traces, axis=1), half(out), np.stack(skew, axis=1)
         )
+
+
+def side_by_side(numbers: Iterable[Floats]) -> Floats:
+    """Return numbers of cells in SI units side by side, shape (cell, number)."""
+    return np.concatenate([each.reshape(len(each), -1) for each in numbers], axis=1)
 
 
 def within(vectors: Floats, normal: Floats) -> Floats:

@@ -20,15 +20,15 @@ from tissuec.geometry.bent_cells import (
     CellForm,
     DrawnCells,
     even_part,
+    side_by_side,
     volume_slopes,
     within,
 )
 from tissuec.geometry.elements import SHAPES
 from tissuec.model.network import Floats
 
-_NEAR = np.sqrt(
-    2.0 / 3.0
-)  # of the points of a triangle from its middle; corners are twice as far
+# Distance of the points of a triangle from its middle; corners are twice as far away.
+_NEAR = np.sqrt(2.0 / 3.0)
 _TURN = 2.0 * np.pi * np.arange(3) / 3.0
 _FLAT = _NEAR * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
 #: Natural coordinates of the corners of the triangle.
@@ -114,7 +114,10 @@ class BentWedges(NamedTuple):
         """
         drawn = WEDGE.measured(SHAPES["wedge"], corners)
         dual, square = drawn.dual, (drawn.edges**2).sum(axis=1)
-        sides = [_side(drawn, k) for k in range(3)]
+        sides = zip(*(_side(drawn, k) for k in range(3)), strict=True)
+        inverse_edge, tilt, out, inverse_out, inverse_height, high, side = (
+            np.stack(each, axis=1) for each in sides
+        )
         plane = BentPlane.across(2, dual)
         normal = dual[:, 2] / np.linalg.norm(dual[:, 2], axis=1)[:, None]
         flat = np.stack([within(dual[:, k], normal) for k in (0, 1)], axis=1)
@@ -132,13 +135,7 @@ class BentWedges(NamedTuple):
         axial, _ = even_part(up, up)
         return cls(
             drawn.parts, dual, drawn.slant, 1.0 / square,
-            np.stack([each.inverse_edge for each in sides], axis=1),
-            np.stack([each.tilt for each in sides], axis=1),
-            np.stack([each.out for each in sides], axis=1),
-            np.stack([each.inverse_out for each in sides], axis=1),
-            np.stack([each.inverse_height for each in sides], axis=1),
-            np.stack([each.up for each in sides], axis=1),
-            np.stack([each.side for each in sides], axis=1),
+            inverse_edge, tilt, out, inverse_out, inverse_height, high, side,
             np.stack(bends, axis=1), np.stack(traces, axis=1), plane.lateral,
             np.stack(torsion, axis=1), axial, plane.skew, volume_slopes(drawn), drawn.volume,
             (dual**2).sum(axis=(1, 2)),
@@ -147,24 +144,11 @@ class BentWedges(NamedTuple):
     @property
     def rows(self) -> Floats:
         """Return all numbers of each cell in SI units side by side, shape (cell, number)."""
-        count = len(self.volume)
-        return np.concatenate([each.reshape(count, -1) for each in self], axis=1)
+        return side_by_side(self)
 
 
-class _Side(NamedTuple):
-    """A side of wedges; attributes as of ``BentWedges``."""
-
-    inverse_edge: Floats
-    tilt: Floats
-    out: Floats
-    inverse_out: Floats
-    inverse_height: Floats
-    up: Floats
-    side: Floats
-
-
-def _side(drawn: DrawnCells, k: int) -> _Side:
-    """Return the side across a corner of the triangle."""
+def _side(drawn: DrawnCells, k: int) -> tuple[Floats, ...]:
+    """Return the numbers of the side across a corner, from ``inverse_edge`` to ``side``."""
     i, j = ENDS[k]
     step, middle = TRIANGLE[j] - TRIANGLE[i], -0.5 * TRIANGLE[k]
     edge, turn = (
@@ -186,7 +170,7 @@ def _side(drawn: DrawnCells, k: int) -> _Side:
     bows = 1.0 / ((1.0 + slender**2) * (1.0 + twist))
     leans = 1.0 / (1.0 + twist) - bows
     out = across / (6.0 * drawn.volume)[:, None]  # both halves, and a twelfth by which it bows
-    return _Side(
+    return (
         1.0 / long,
         np.concatenate([own[:, :2], beyond], axis=1),
         np.einsum("ekx,ex->ek", drawn.dual, out),

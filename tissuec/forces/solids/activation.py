@@ -29,12 +29,13 @@ from tissuec.autodiff.points import PointState, TracedPoint
 from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.point_derivatives import pull_loop, push_loop
 from tissuec.compiled.loops.point_frame import PointTable
+from tissuec.compiled.loops.points import force_loop
 from tissuec.compiled.loops.terms import OF_TERMS, term_at, terms_of
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.fields import SECONDS, Items, WalledField
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
-from tissuec.forces.point_kernels import derivative_kernel, force_kernel
+from tissuec.forces.point_kernels import kernel_of
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
@@ -154,13 +155,13 @@ class Activation(WalledField, frozen=True):
     @property
     def kernel(self) -> GeneratedKernel:
         """Return the loop that adds forces and the power that they supply."""
-        return force_kernel(traced_line, self._is_limited, *self._shape)
+        return kernel_of(force_loop, traced_line, self._is_limited, *self._shape)
 
     @property
     def derivatives(self) -> ForceDerivatives:
         """Return the derivatives of forces by positions."""
         loops = (
-            derivative_kernel(each, traced_line, self._is_limited, (), *self._shape)
+            kernel_of(each, traced_line, self._is_limited, (), *self._shape)
             for each in (pull_loop, push_loop)
         )
         return ForceDerivatives((), *loops)

@@ -63,7 +63,7 @@ class CurvedStrain:
         bends: D_1 to D_3.
         uneven: A.
         mean: F.
-        cell: Of which these are.
+        cell: Natural coordinates of the cell.
     """
 
     def __init__(
@@ -95,10 +95,10 @@ class CurvedStrain:
     def _squared(
         self, linear: Sequence[_Linear], product: Callable[[int, int], _Linear]
     ) -> list[_Linear]:
-        """Return coefficients with those of products of D.
+        """Return linear coefficients with the products of D_1 to D_3 added.
 
         Args:
-            linear: Coefficients without.
+            linear: Coefficients without these products.
             product: Of D_i and D_j.
         """
         found = dict(enumerate(linear))
@@ -251,7 +251,7 @@ class CellModes:
 
     @property
     def slopes(self) -> list[Number]:
-        """Return the slopes of that along ξ_k."""
+        """Return the slopes of ``volume`` along ξ_k."""
         r, q = self.r, self.q
         return [
             autodiff.dot(q[j], autodiff.cross(r[j], r[k]))
@@ -276,7 +276,7 @@ class CellModes:
         return [autodiff.dot(e, self.g[3]) for e in self.e]
 
     def last_rates(self, moving: "CellModes") -> list[Number]:
-        """Return the rates of these, given those of edges and modes."""
+        """Return the rates of ``last``, given the edges and modes of velocities."""
         return [
             autodiff.dot(a, self.g[3]) + autodiff.dot(b, moving.g[3])
             for a, b in zip(moving.e, self.e, strict=True)

@@ -3,8 +3,7 @@
 Their points are strained by all nodes of a cell together.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -12,12 +11,12 @@ import numpy as np
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.graph import Number
 from tissuec.autodiff.points import TracedPoint
-from tissuec.compiled.generated import GeneratedKernel
 from tissuec.compiled.loops.cell_matrices import column_loop, strain_loop
 from tissuec.compiled.loops.point_frame import PointTable
+from tissuec.compiled.loops.point_matrices import matrix_loop
 from tissuec.core.structs import replace
 from tissuec.forces.matrices import BlockPattern, without_negative
-from tissuec.forces.point_kernels import matrix_kernel, written
+from tissuec.forces.point_kernels import kernel_of
 from tissuec.forces.solids.elements import SolidElements
 from tissuec.forces.solids.solid_point import SolidKind, evened
 from tissuec.forces.solids.solid_strain import Prestretch
@@ -159,7 +158,7 @@ class BentElements(SolidElements, frozen=True):
         apart = np.arange(count * self.item_count).reshape(-1, count)
         pattern, (kind, points) = BlockPattern.of(apart, apart.size), self._stiffened
         table = self._table(kind, self.nodes, self._slots)
-        room, kernel = pattern.room, matrix_kernel(self.traced, kind, count, points)
+        room, kernel = pattern.room, kernel_of(matrix_loop, self.traced, kind, count, points)
         self._run(kernel, position, room, table._replace(targets=pattern.places.ravel()))
         found = pattern.blocks(room).reshape(-1, 3 * count, 3 * count)
         if not exact:
@@ -181,7 +180,8 @@ class BentElements(SolidElements, frozen=True):
             by: See ``column_loop``.
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        kernel = column_kernel(self.traced, self._present, by, *self._counts)
+        counts = self.shape.nodes, self.points
+        kernel = kernel_of(column_loop, self.traced, self._present, by, *counts)
         shares, count = self.form.shares, len(self.form.shares)
         shape = count, 3, count, 3
         columns = self._recorded_by(kernel, self._present, shape, position, velocity)
@@ -193,7 +193,8 @@ class BentElements(SolidElements, frozen=True):
         point, shares = self.traced(self.kind), self.form.shares
         assert point.cell is not None
         active, begins = point.cell.active, point.cell.begins
-        kernel = strain_kernel(self.traced, self.kind, *self._counts)
+        counts = self.shape.nodes, self.points
+        kernel = kernel_of(strain_loop, self.traced, self.kind, *counts)
         shape = len(shares), 3, len(active)
         slopes = self._recorded_by(kernel, self.kind, shape, position)
         by_node = np.einsum("evxq,va->eqax", slopes, shares)
@@ -211,15 +212,10 @@ class BentElements(SolidElements, frozen=True):
         one = _BOX_SECONDS if self.are_boxes else _SECONDS
         return self.item_count * (one + _VISCOUS_SECONDS * self.is_damped)
 
-    @property
-    def _counts(self) -> tuple[int, int]:
-        """Return how many nodes and points an element has."""
-        return self.shape.nodes, len(self.form.points)
-
     def _counted(self, kind: SolidKind) -> tuple[SolidKind, int]:
-        """Return the kind that kernels have for one, and how many points."""
+        """Return the kind that kernels use for a kind, and their number of points."""
         own = evened(kind)
-        return own, 1 if own.is_even else len(self.form.points)
+        return own, 1 if own.is_even else self.points
 
     def _table(self, kind: SolidKind, nodes: Indices, slots: Indices) -> PointTable:
         used, row = np.unique(self.row, return_inverse=True)
@@ -253,25 +249,3 @@ def kind_of(shape: ElementShape) -> type[SolidElements]:
 
         return QuadraticHexahedra
     return BentElements if shape.bends else SolidElements
-
-
-@cache
-def column_kernel(
-    traced: Callable[[SolidKind], TracedPoint],
-    kind: SolidKind,
-    by: str,
-    nodes: int,
-    points: int,
-) -> GeneratedKernel:
-    """Return the kernel of ``column_loop``."""
-    made = partial(written, column_loop, traced, kind, by, nodes, points)
-    return GeneratedKernel("cells_columns", made)
-
-
-@cache
-def strain_kernel(
-    traced: Callable[[SolidKind], TracedPoint], kind: SolidKind, nodes: int, points: int
-) -> GeneratedKernel:
-    """Return the kernel of ``strain_loop``."""
-    made = partial(written, strain_loop, traced, kind, nodes, points)
-    return GeneratedKernel("cells_strains", made)

@@ -114,7 +114,7 @@ class WedgeModes(CellModes):
 
     @property
     def slopes(self) -> list[Number]:
-        """Return the slopes of that along ξ_k; see ``CellModes``."""
+        """Return the slopes of ``volume`` along ξ_k; see ``CellModes``."""
         (one, other, up), (first, second) = self.r, self.q
         across = autodiff.cross(one, other)
         rising = autodiff.dot(second, autodiff.cross(other, up))
@@ -131,7 +131,7 @@ class WedgeModes(CellModes):
 
     @property
     def last(self) -> list[Number]:
-        """Return no numbers: there is no mode beside those that bend."""
+        """Return an empty list: all modes of a wedge bend."""
         return []
 
 
