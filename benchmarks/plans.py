@@ -5,15 +5,13 @@ without the companion run, in a process of its own, as the shortest of some runs
 take some minutes.
 """
 
-import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import click
 from msgspec import Struct, to_builtins
 
+from benchmarks.processes import seconds_of_run
 from benchmarks.publishing import json_option, publish, tell
 from tissuec.compiler.prediction import predict
 from tissuec.core.markdown import table
@@ -67,14 +65,7 @@ def main(scenes: tuple[Path, ...], repeats: int, as_json: bool) -> None:
 def _run(path: Path) -> float:
     """Return the processor time of a run [s]."""
     with tempfile.TemporaryDirectory() as folder:
-        words = ("run", str(path.resolve()), "--companion", "off", "-o", f"{folder}/run.vtkhdf")
-        before = os.times()
-        subprocess.run(
-            [sys.executable, "-m", "tissuec", *words], capture_output=True, check=False
-        )
-        after = os.times()
-    user, system = after.children_user, after.children_system
-    return user - before.children_user + system - before.children_system
+        return seconds_of_run(path.resolve(), Path(folder, "run.vtkhdf"))
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
+from resource import RUSAGE_SELF, getrusage
 from statistics import median
 from subprocess import run as run_process
 from tempfile import TemporaryDirectory
@@ -26,6 +26,7 @@ import click
 import numpy as np
 
 import tissuec
+from benchmarks.processes import seconds_of_run
 from benchmarks.publishing import publish, tell, write_option
 from tests.forces.solid_cases import (
     BAR,
@@ -146,16 +147,7 @@ def own(name: str, shape: str, cells: int, times: int) -> dict[str, Any]:
             text = text.replace("made of elements", "made of quadratic elements")
         scene, result = Path(folder, "scene.tis"), Path(folder, "scene.vtkhdf")
         scene.write_text(text, encoding="utf-8")
-        command = ["-m", "tissuec", "run", str(scene), "-o", str(result), "--companion", "off"]
-        seconds: list[float] = []
-        for _ in range(times):
-            before = getrusage(RUSAGE_CHILDREN)
-            run_process(
-                [sys.executable, *command], capture_output=True, check=True,
-                env=os.environ | ONE_THREAD,
-            )  # fmt: skip
-            after = getrusage(RUSAGE_CHILDREN)
-            seconds.append(sum(after[:2]) - sum(before[:2]))
+        seconds = [seconds_of_run(scene, result, ONE_THREAD) for _ in range(times)]
         with tissuec.load(result) as run:
             if problem.case is None:
                 shown = -4e3 * float(run.logs["force of ball"].value[-1, 2])

@@ -137,7 +137,7 @@ def test_a_cube_is_squashed_to_a_twentieth(tmp_path, matrices):
 
 def test_a_net_that_snaps_again_and_again_ends_and_keeps_what_was_found(tmp_path, monkeypatch):
     arch(tmp_path / "arch.vtk")
-    monkeypatch.setattr(equilibria, "MOST_REJECTED", 5)
+    monkeypatch.setattr(equilibria, "MOST_LOST", 5)
     pushed = ARCH.replace("ORDER", "push crown with (0, 0, -10) mN using ramp")
     (tmp_path / "p.tis").write_text(pushed.replace("OUTPUT", "position of crown"))
     with pytest.warns(tissuec.TissueWarning, match=r"lost 5 times .* push of .*p\.tis:9"):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.engine.execution.test_turned_elements import BAR
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.engine.integrators import INTEGRATORS
 
@@ -395,21 +396,7 @@ def test_what_measures_nothing_now_is_refused(what, message):
 
 def test_the_present_time_is_held_where_the_method_changes_on_the_way():
     """A change of the integrator, here after some steps, keeps what the run is to stop at."""
-    text = """language 1
-tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
-  retardation time = 20 ms }
-body bar { mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (20, 10, 10) mm }
-  tissue is gel }
-set low = nodes of bar where x < 0.01 mm
-set high = nodes of bar where x > 19.99 mm
-environment { gravity = (0, 0, 0) m/s^2 }
-script { at 0 s: { fix low; hold high }
-  from 0 s to 1 s: turn high by 480 deg around (1, 0, 0)
-    through (20, 5, 5) mm using constant speed
-}
-simulate { duration = 1 s; tolerance = 1e-2 }
-output { torque of high every 1 s }
-"""
+    text = BAR.replace("ANGLE", "480")
     sim = tissuec.start(text)
     for time in (0.25, 0.5):
         sim.run_until(f"{time} s")

@@ -58,7 +58,7 @@ def command(
     No file is written. A second SciPy solution checks the first. Exit code: 0 errors are within
     their limits, or a fixed step has none; 1 they exceed them, or SciPy's solution is not
     accurate enough to decide; 2 the text is wrong; 3 the run could not continue. With --mesh,
-    errors have no limits: it is 0 as soon as all runs are done, and otherwise 2 or 3.
+    there are no limits: the exit code is 0 if all runs finish, otherwise 2 or 3.
     """
     from tissuec.pipeline import compile_request
     from tissuec.validate.report import validation_report

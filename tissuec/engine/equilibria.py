@@ -47,7 +47,7 @@ FINEST = 1e-6  # of the duration: steps that are not divided any more
 NEARLY = 1.5  # times that: steps up to this are as short, since times are rounded
 MOST_REMARKS = 8
 # Equilibria that are lost, in each part of the duration: about five jumps are closed in on.
-MOST_REJECTED, PARTS = 120, 20
+MOST_LOST, PARTS = 120, 20
 
 
 class Attempt(NamedTuple):
@@ -149,13 +149,14 @@ class Equilibria(QuasiStatic):
         allowed = self._allowed(state, attempt, before, span)
         jumps = attempt.seen is not None and abs(attempt.lost) > allowed
         jumps = jumps and not self._bends(target, abs(attempt.lost))
-        if divides and (attempt.failure is not None or jumps or attempt.found is not None):
+        is_lost = attempt.failure is not None or jumps
+        if divides and (is_lost or attempt.found is not None):
             state.time = start
             state.place_held()
             state.position[:], state.velocity[:] = position, velocity
             self._rejected += 1
             self._seen = before
-            if attempt.failure is not None or jumps:
+            if is_lost:
                 if self._strays(start):
                     node = None if attempt.failure is None else attempt.failure.node
                     return Interruption("stuck", start, node=node, message=_often(state))
@@ -226,7 +227,7 @@ class Equilibria(QuasiStatic):
         part = int(PARTS * time / self.method.duration)
         number, lost = self._part
         self._part = part, lost + 1 if part == number else 1
-        return self._part[1] > MOST_REJECTED
+        return self._part[1] > MOST_LOST
 
     def _bends(self, target: float, lost: float) -> bool:
         """Return whether a step differs because forces begin to grow in it, and only little.
@@ -292,7 +293,7 @@ def _limit(state: State) -> str:
 def _often(state: State) -> str:
     """Return a sentence about a net whose equilibria jump again and again."""
     return (
-        f"the path of equilibria was lost {MOST_REJECTED} times within "
+        f"the path of equilibria was lost {MOST_LOST} times within "
         f"{100 / PARTS:g} % of the duration{under(state)}: the net folds or snaps again and "
         "again; end the run earlier, use smaller cells, or use a dynamic method"
     )

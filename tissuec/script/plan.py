@@ -224,10 +224,9 @@ class Plan(Struct, frozen=True, eq=False):
 
     @property
     def balances(self) -> bool:
-        """Return whether forces are to balance, at a time or all the time."""
-        every = (event.action for event in self.every_event)
+        """Return whether the run finds equilibria, at a time, for an interval or throughout."""
         return self.simulation.is_static or any(
-            isinstance(action, Settle | StaticInterval) for action in every
+            isinstance(event.action, Settle | StaticInterval) for event in self.every_event
         )
 
     @property

@@ -26,11 +26,6 @@ output { torque of high every 1 s }
 """
 
 
-def often(angle):
-    """Return the text with outputs that are close enough to see the turn."""
-    return BAR.replace("ANGLE", angle).replace("every 1 s", "every 10 ms")
-
-
 def twisted(angle):
     """Return a state of the bar, evenly twisted by an angle for each layer [rad]."""
     scene = tissuec.compile(BAR.replace("ANGLE", "10"))
@@ -118,5 +113,7 @@ def test_what_is_observed_does_not_change_what_happens(monkeypatch):
 
 
 def test_a_turn_that_elements_represent_is_no_doubt():
-    run = tissuec.run(often("240"), companion="off")
+    run = tissuec.run(
+        BAR.replace("ANGLE", "240").replace("every 1 s", "every 10 ms"), companion="off"
+    )
     assert not [one for one in run.doubts if one.kind == TURNED]
