@@ -282,7 +282,9 @@ def main(
     publish("solid_costs", {"errors": table(heads, list(against_errors(times)))}, write=write)
     if flexes:
         bars = ("bar", "0.5 mN", "2.3 mN", "7 mN", "time")
-        publish("solid_flexes", {"times": table(bars, list(flex_rows(times)))}, write=write)
+        publish(
+            "solid_costs.flexes", {"times": table(bars, list(flex_rows(times)))}, write=write
+        )
 
 
 if __name__ == "__main__":
