@@ -69,11 +69,11 @@ def kernel_of(
     loop: Callable[..., LoopText], traced: Tracing, kind: Any, *arguments: Any
 ) -> GeneratedKernel:
     """Return the kernel of a loop over elements, such as ``force_loop``, with its arguments."""
-    made = partial(_written, loop, traced, kind, *arguments)
+    made = partial(written, loop, traced, kind, *arguments)
     return GeneratedKernel(f"points_{loop.__name__}", made)
 
 
-def _written(
+def written(
     loop: Callable[..., LoopText], traced: Tracing, kind: Any, *arguments: Any
 ) -> LoopText:
     """Return a loop over elements of a kind; its name is the last of the arguments."""
