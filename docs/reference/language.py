@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from math import isfinite
 
 from tissuec.compiler.bodies.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
+from tissuec.compiler.measures.statistics import field_named, names_of_fields
 from tissuec.compiler.script.profiles import PROFILES
 from tissuec.compiler.study.expectations import OVER_RUNS
 from tissuec.core import units
@@ -35,6 +36,7 @@ from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
 from tissuec.script.measures.needs import KINDS, meaning
+from tissuec.script.measures.statistics import STATISTICS, form_of
 from tissuec.script.procedures import PROCEDURES
 from tissuec.script.tools import TOOLS
 from tissuec.script.verbs import VERBS
@@ -61,6 +63,11 @@ def parts() -> dict[str, str]:
         "surfaces": joined(member_sections("kind", SURFACES, "###")),
         "measures": measure_table(),
         "measures of bodies": meaning_table(),
+        "statistics": table(
+            ("statistic", "meaning"),
+            [(code(form_of(name)), about) for name, about in STATISTICS.items()],
+        ),
+        "fields of statistics": statistics_table(),
         "frame fields": frame_field_table(),
         "integrators": integrator_table(),
         "adjusted": adjusted_table(),
@@ -343,6 +350,22 @@ def frame_field_table() -> str:
         for name, field in FIELDS.items()
     ]
     return table(("field", "unit", "is", "recorded by"), rows)
+
+
+def statistics_table() -> str:
+    """Return the table of the fields of which there are statistics."""
+    whose = {"node": "nodes", "spring": "springs", "triangle": "triangles", "cell": "cells"}
+    rows = [
+        (
+            code(name),
+            describe(field.dimension),
+            "points of elements" if field.of_points else whose[field.at],
+            "yes" if name in FIELDS else "no",
+        )
+        for name in names_of_fields()
+        for field in [field_named(name)]
+    ]
+    return table(("field", "is", "numbers of", "recorded by trajectories"), rows)
 
 
 def _limit(method: type[Integrator]) -> str:

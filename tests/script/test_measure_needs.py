@@ -5,9 +5,11 @@ import pytest
 
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import carried_out
+from tissuec.compiler.measures.statistics import FieldStatistic
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
+from tissuec.results.fields import FIELDS
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.measures.needs import BODIES, KINDS, NEEDS, meaning
@@ -164,6 +166,7 @@ def test_volumes_of_flat_sheets_are_refused():
 
 
 def test_every_need_is_declared_by_a_measure_and_has_words():
-    used = {need for one in MEASURES.values() for need in getattr(one, "needs", ())}
+    measures = [*MEASURES.values(), *(FieldStatistic("largest", one) for one in FIELDS)]
+    used = {need for one in measures for need in getattr(one, "needs", ())}
     assert used == set(NEEDS)
     assert all((one.text or one.absent) and one.hint for one in NEEDS.values())

@@ -125,6 +125,14 @@ class Groups:
         solids = (placed for placed in self.bodies.values() if placed.drawing.mesh.elements)
         return any(np.isin(placed.nodes, nodes).any() for placed in solids)
 
+    def has_whole_elements(self, nodes: Indices) -> bool:
+        """Return whether all nodes of any element are among some nodes, shape (n,)."""
+        for placed in self.bodies.values():
+            inside = np.isin(placed.nodes, nodes)
+            if any(inside[one.nodes].all(axis=1).any() for one in placed.drawing.mesh.elements):
+                return True
+        return False
+
     def names_of_bodies(self) -> list[str]:
         """Return the names of all bodies."""
         return [placed.drawing.body.name for placed in self.bodies.values()]

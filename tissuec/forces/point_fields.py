@@ -109,30 +109,43 @@ class PointField(ElementField, frozen=True, dict=True):
 
     @property
     @abstractmethod
-    def node_volumes(self) -> Floats:
-        """Return the drawn volume of each node of each element [m³], shape (element, node)."""
+    def shares(self) -> Floats:
+        """Return the drawn volumes of points that nodes have [m³], (element, point, node)."""
 
     @abstractmethod
-    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return the stress of each element times the volumes of its nodes, and these volumes.
+    def stresses(self, position: Floats) -> Floats:
+        """Return the Cauchy stress at all points [Pa], shape (element, point, 3, 3).
+
+        It has no viscous part.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+
+    def principal_stretches(self, position: Floats) -> Floats:
+        """Return principal stretches of points from the shape without stress, descending.
+
+        Those of walls are in their plane.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
 
         Returns:
-            Σ w σ [J], shape (element, node, 3, 3), and Σ w [m³], shape (element, node).
+            Dimensionless, shape (element, point, direction).
         """
+        return np.linalg.svd(self.deformations(position), compute_uv=False)
 
-    @abstractmethod
-    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return equivalent plastic strains times the volumes of nodes, and these volumes.
+    @property
+    def plastic_strains(self) -> Floats:
+        """Return equivalent plastic strains as recalled [1], shape (element, point)."""
+        if self.yielding is None or self.recalled is None:
+            return np.zeros((self.item_count, self.points))
+        return self.yielding.equivalent(self.recalled, self.points)
 
-        Args:
-            velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones are read.
-
-        Returns:
-            [m³], shape (element, node) both.
-        """
+    @property
+    def node_volumes(self) -> Floats:
+        """Return the drawn volume of each node of each element [m³], shape (element, node)."""
+        return self.shares.sum(axis=1)
 
     @property
     @abstractmethod
@@ -376,7 +389,14 @@ class PointField(ElementField, frozen=True, dict=True):
         Returns:
             The elements, with the places of their nodes among the second, which are ascending.
         """
-        own = self.only(np.flatnonzero(np.isin(self.nodes, nodes).any(axis=1)))
+        return self._renumbered(np.isin(self.nodes, nodes).any(axis=1))
+
+    def inside(self, nodes: Indices) -> tuple[Self, Indices]:
+        """Return the elements all of whose nodes are among some; see ``around``."""
+        return self._renumbered(np.isin(self.nodes, nodes).all(axis=1))
+
+    def _renumbered(self, chosen: NDArray[np.bool_]) -> tuple[Self, Indices]:
+        own = self.only(np.flatnonzero(chosen))
         used, place = np.unique(own.nodes, return_inverse=True)
         return replace(own, nodes=place.reshape(own.nodes.shape)), used
 
@@ -393,8 +413,9 @@ class PointField(ElementField, frozen=True, dict=True):
         """
         total, volume = np.zeros((len(position), 3, 3)), np.zeros(len(position))
         for _, own in self.in_blocks():
-            stress, share = own.stress_shares(position)
-            np.add.at(volume, own.nodes, share)
+            share = own.shares
+            stress = np.einsum("eqa,eqxy->eaxy", share, own.stresses(position))
+            np.add.at(volume, own.nodes, share.sum(axis=1))
             np.add.at(total, own.nodes, stress)
         return total, volume
 

@@ -7,6 +7,7 @@ from tissuec.lsp import vocabulary as v
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import Terms
 from tissuec.script.measures import MEASURES
+from tissuec.script.measures.statistics import STATISTICS
 
 #: Kinds of names that numbers, and that orders, are about.
 NUMBERS = ("param", "let", "function")
@@ -78,7 +79,11 @@ def argument(prefix: Prefix) -> Expected:
         return Expected((v.ERRORS_OF,))
     if call == "count" and last.text == "(":
         return Expected((v.COUNTED,))
+    if call in STATISTICS and last.text == "(":
+        return Expected((v.fields(),))
     if last.text not in ("(", ",", "of"):
+        return number()
+    if call in STATISTICS and last.text == ",":
         return number()
     if last.text == "," and call in MEASURES and prefix.commas[-1] >= MEASURES[call].subjects:
         return number()

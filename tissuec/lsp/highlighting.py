@@ -13,7 +13,7 @@ from tissuec.lang.words import RESERVED
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.forms import forms_of
-from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, BlockKind, Term
+from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, BlockKind, Term, Terms
 from tissuec.lsp.textmate import (
     RESERVED_WORD,
     RUN,
@@ -203,8 +203,12 @@ def _tissue(known: Mapping[str, Term]) -> list[Rule]:
 def _output(known: Mapping[str, Term]) -> list[Rule]:
     logged = [term.label for term in known.values() if term.kind == MEASURE]
     measured = rule(rf"{START}({any_of(logged)})", {1: "measure"})
-    counted = rule(rf"(?<=\bcount\()\s*({any_of(v.COUNTED)})", {1: "word"})
-    rules = [measured, counted, _entries(known), _inner("surface")]
+    of_what = [
+        rule(rf"(?<=\b{name}\()\s*({any_of(words)})", {1: "word"})
+        for name, words in _of_what().items()
+        if name not in v.errors()
+    ]
+    rules = [measured, *of_what, _entries(known), _inner("surface")]
     copies = [*include("basics"), braces(_block(*rules)), *include("expression")]
     repeated = between(rf"{START}({REPEAT})\b", {1: "entry"}, _END_OF_BLOCK, copies)
     return [repeated, *rules]
@@ -309,15 +313,23 @@ def _where() -> Rule:
     return between(r"\b(where)\b", {1: "keyword"}, r"(?=[;{}])|$", patterns)
 
 
+def _of_what() -> dict[str, Terms]:
+    """Return the words that begin the arguments of what is written like measures."""
+    return {
+        "count": v.COUNTED,
+        **dict.fromkeys(v.statistics(), v.fields()),
+        **dict.fromkeys(v.errors(), v.ERRORS_OF),
+    }
+
+
 def _measured() -> list[Rule]:
-    of_what = {"count": v.COUNTED, **dict.fromkeys(v.errors(), v.ERRORS_OF)}
     return [
         *(
             rule(
                 rf"\b((?i:{name}))\s*(\()\s*({any_of(known)})",
                 {1: "measure", 2: "sign", 3: "word"},
             )
-            for name, known in of_what.items()
+            for name, known in _of_what().items()
         ),
         *called({**v.logged(), **v.measures(), **v.errors()}),
         *_clauses("", ["expect"]),

@@ -12,10 +12,11 @@ from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 from tissuec.lsp.terms import BlockKind
 from tissuec.scene.reading.parts import REPEAT, entries_in, parts
 from tissuec.script.measures import MEASURES
+from tissuec.script.measures.statistics import STATISTICS
 from tissuec.script.verbs import VERBS
 
 #: What is written like a measure, too.
-_MEASURED = frozenset((*MEASURES, "count", "positions", "error"))
+_MEASURED = frozenset((*MEASURES, *STATISTICS, "count", "positions", "error"))
 _CLAUSES = frozenset((*TIME_WORDS, *JOINING_WORDS))
 #: After these a word is chosen.
 _CHOOSING = re.compile(r"\bis( not| between( and)?)?$")

@@ -53,6 +53,7 @@ from tissuec.scene.words.scales import SHAPES
 from tissuec.script.fit_problem import POSITIONS, WEIGHTS, WORDS
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
+from tissuec.script.measures.statistics import STATISTICS, form_of
 from tissuec.script.verbs import VERBS
 
 
@@ -99,7 +100,16 @@ def measures() -> Terms:
     counted = Term(
         "count", MEASURE, about, "count(nodes of A)", "(", MEASURES["nodes"].dimension
     )
-    return found | {"count": counted}
+    return found | {"count": counted} | statistics()
+
+
+@cache
+def statistics() -> Terms:
+    """Return the statistics of fields."""
+    return by_label(
+        Term(name, MEASURE, f"Of a field over A: {about}.", form_of(name), "(")
+        for name, about in STATISTICS.items()
+    )
 
 
 @cache
@@ -205,6 +215,17 @@ def functions() -> Terms:
 def profiles() -> Terms:
     """Return the profiles of motions and forces in time."""
     return plain(CHOICE, PROFILES, "A time profile.")
+
+
+@cache
+def fields() -> Terms:
+    """Return the fields of which there are statistics."""
+    from tissuec.compiler.measures.statistics import field_named, names_of_fields
+
+    return by_label(
+        Term(name, CHOICE, f"The {field_named(name).text}.", "", " of ")
+        for name in names_of_fields()
+    )
 
 
 @cache
@@ -317,4 +338,4 @@ def _measured() -> Terms:
         name: Term(name, MEASURE, term.about, "", "(" if MEASURES[name].subjects else " every ")
         for name, term in logged().items()
     }
-    return {**found, COUNT: measures()[COUNT]}
+    return {**found, COUNT: measures()[COUNT], **statistics()}

@@ -1,5 +1,6 @@
 """Check of measures that are 0 all the time, or about something else than is meant."""
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TypeAlias
 
@@ -54,7 +55,7 @@ def saying_nothing(compiled: Compiled, measured: Iterable[Taken]) -> Iterator[Di
                 continue
             union = subject.name.startswith("[")
             name = subject.name if union else written_name(subject.name)
-            shown = measure.form.replace("A)", f"{name})")
+            shown = re.sub(r"\bA\b", name, measure.form)
             yield Diagnostic(
                 "W703",
                 f"{shown} {NEEDS[key].result}: {_about(NEEDS[key].absent, name)}",
@@ -112,6 +113,15 @@ def _is_loaded(compiled: Compiled, subject: Subject) -> bool:
     """Return whether an order presses a subject by its name, as the measure finds it."""
     actions = (event.action for event in compiled.plan.every_event)
     return any(isinstance(one, Press) and one.group.name == subject.name for one in actions)
+
+
+def _has_cells(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether the volume of cells with nodes of a subject is preserved at some time."""
+    if subject.nodes is None:
+        return True
+    inside = _chosen(compiled, subject)
+    actions = (event.action for event in compiled.plan.every_event)
+    return any(isinstance(one, Preserve) and inside[one.group.indices].any() for one in actions)
 
 
 def _pressed_by(action: Action) -> Group | None:
@@ -217,6 +227,7 @@ _FOUND: Mapping[str, Callable[[Compiled, Subject], bool]] = {
     "faces": _has_faces,
     "pressure": _is_pressed,
     "load": _is_loaded,
+    "cells": _has_cells,
     "support": _is_supported,
     "hold": _is_held,
     "motion": _moves,

@@ -13,7 +13,7 @@ from tissuec.scene.learning.model import AGAINST, FIT
 from tissuec.scene.learning.sentences import AgainstWords, FitWords, TimeWords
 from tissuec.script.fit_problem import POSITIONS, Data, DataAxis, DataColumn, Fit
 from tissuec.script.measures import MEASURES, Measure, Subject
-from tissuec.script.measures.common import VectorMeasure
+from tissuec.script.measures.common import VectorMeasure, is_directed
 
 #: Endings of results, which know what is what; all else is a table.
 RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf", ".h5md")
@@ -173,7 +173,7 @@ def _counts(measure: type[Measure] | None, along: Floats | None, nodes: int) -> 
     """Return in how many columns something can be."""
     if measure is None:
         return (3, 4) if nodes == 1 else (4,)
-    if along is not None or not issubclass(measure, VectorMeasure):
+    if along is not None or not is_directed(measure) or not issubclass(measure, VectorMeasure):
         return (1,)
     return (3,) if measure is MEASURES["position"] else (1, 3)
 

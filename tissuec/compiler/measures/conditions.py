@@ -1,7 +1,7 @@
 """Conditions of a run: expressions over measures, checked now and evaluated later."""
 
 from collections.abc import Mapping, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -35,8 +35,9 @@ from tissuec.scene.sentences import (
     read_expect,
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
-from tissuec.script.measures.common import DirectedMeasure
-from tissuec.script.measures.needs import NEEDS, YES
+from tissuec.script.measures.common import is_directed
+from tissuec.script.measures.needs import NEEDS, WHOLE, YES
+from tissuec.script.measures.statistics import PERCENTILE, STATISTICS, form_of
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
 
@@ -169,7 +170,7 @@ class Conditions:
                 reading = readings.get(place_of(side))
                 if reading is None or reading.along is not None:
                     continue
-                is_vector = issubclass(reading.measure, DirectedMeasure)
+                is_vector = is_directed(reading.measure)
                 is_fixed = not any(place_of(one) in readings for one in walk(other))
                 if not is_vector or not is_fixed:
                     continue
@@ -238,7 +239,10 @@ class Conditions:
     ) -> ObservedMeasure:
         if key == COUNT:
             key, arguments = self._counted(node, arguments)
-        if key not in MEASURES:
+        measure: Any = MEASURES.get(key)
+        if key in STATISTICS:
+            measure, arguments = self._statistic(key, node, arguments)
+        if measure is None:
             name = node.function if isinstance(node, s.Call) else node
             self._refuse_mistaken(name)
             self.findings.reject(
@@ -248,11 +252,10 @@ class Conditions:
                 hint=_aggregate_meant(name)
                 or alternatives(
                     key,
-                    (COUNT, *(name for name in MEASURES if name not in COUNTED)),
+                    (COUNT, *STATISTICS, *(name for name in MEASURES if name not in COUNTED)),
                     what="measures",
                 ),
             )
-        measure = MEASURES[key]
         time, along, subjects = None, None, list[Subject]()
         for argument in arguments:
             if isinstance(argument.value, s.Call):
@@ -260,7 +263,7 @@ class Conditions:
             name = s.as_name(argument.value)
             if name is not None and self._is_subject(name):
                 subjects.append(self._subject(measure, name))
-                along = self._along(argument, key) if argument.clauses else along
+                along = self._along(argument, key, measure) if argument.clauses else along
             elif time is None and len(subjects) == measure.subjects and not argument.clauses:
                 time = self._pinned(argument)
             else:
@@ -314,6 +317,42 @@ class Conditions:
                 hint="forms: " + ", ".join(f"count({one} of A)" for one in COUNTED),
             )
         return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
+
+    def _statistic(
+        self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]
+    ) -> tuple[object, list[s.Argument]]:
+        """Return ``largest(FIELD of A)`` as a measure of A."""
+        from tissuec.compiler.measures import statistics  # takes long to import
+
+        first, *rest = arguments or (None,)
+        words = [] if first is None else [clause.word for clause in first.clauses]
+        needed = 1 if key == PERCENTILE else 0
+        if first is None or words != ["of"] or len(rest) < needed:
+            hint = f"the form is {form_of(key)}, such as {form_of(key, 'von Mises stress')}"
+            if first is not None and isinstance(first.value, s.Call) and key in _OVER_TIME:
+                hint += f"; over time, a study has {_OVER_TIME[key]}({first.span.one_line})"
+            self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
+        field = first.value
+        name = statistics.field_called(s.key_of(field.span.one_line))
+        if not name:
+            text, known = field.span.one_line, statistics.names_of_fields()
+            hint = _FIELDS_MEANT.get(s.key_of(text)) or alternatives(text, known, what="fields")
+            self.findings.reject("TIS701", f'"{text}" is not a field', field.span, hint=hint)
+        of, share = s.Argument(first.clauses[0].value, (), first.span), 0.0
+        if needed:
+            share = self._share(rest.pop(0))
+        return statistics.FieldStatistic(key, name, share), [of, *rest]
+
+    def _share(self, argument: s.Argument) -> float:
+        """Return the part of the volume that a percentile is about, or reject it."""
+        value, span = self.scope.number(argument.value), argument.span
+        self.scope.expect(value, NUMBER, span, what="the part of a percentile")
+        share = float(value.amount)
+        if not 0.0 <= share <= 1.0:
+            hint = proposal(f"{span.text} %") if 1.0 < share <= 100.0 else ""
+            message = f"a percentile is between 0 % and 100 %, not {100.0 * share:g} %"
+            self.findings.reject("TIS308", message, span, hint=hint)
+        return share
 
     def _is_subject(self, name: s.Name) -> bool:
         return name.key in self.tools or self.groups.is_known(name)
@@ -419,7 +458,7 @@ class Conditions:
             known = [b.drawing.body.name for b in bodies if has_by_kind(key, b.drawing)]
             others = alternatives(name.text, known, what="there are")
             # Where any set will do, it is one of the body that is meant.
-            is_of_sets = need.kinds.get("nodes of a set") == YES
+            is_of_sets = need.kinds.get("nodes of a set") in (YES, WHOLE)
             hint = need.hint if is_of_sets else others or need.hint
             message = f"{measure.form} needs {need.text}"
             self.findings.reject("TIS702", message, name.span, hint=hint)
@@ -433,6 +472,9 @@ class Conditions:
             if "tool" not in NEEDS[need].kinds:
                 return True  # reported elsewhere
             return any(bool(one.drawing.mesh.elements) for one in bodies.values())
+        if need == "whole elements":
+            of_springs = self.groups.is_springs(name)
+            return of_springs or self.groups.has_whole_elements(self.groups.nodes(name).indices)
         if need == "springs":
             springs = self.groups.springs(name).indices
             edges = [one.springs for one in bodies.values() if one.drawing.mesh.elements]
@@ -441,7 +483,7 @@ class Conditions:
             return True  # springs are reported elsewhere
         return self.groups.has_elements(self.groups.nodes(name).indices)
 
-    def _along(self, argument: s.Argument, key: str) -> Floats:
+    def _along(self, argument: s.Argument, key: str, measure: type[Measure]) -> Floats:
         clause = argument.clauses[0]
         value = self.scope.evaluate(clause.value)
         if (
@@ -457,8 +499,8 @@ class Conditions:
                 "along (0, 0, 1)",
                 clause.span,
             )
-        if not issubclass(MEASURES[key], DirectedMeasure):
-            names = [name for name, one in MEASURES.items() if issubclass(one, DirectedMeasure)]
+        if not is_directed(measure):
+            names = [name for name, one in MEASURES.items() if is_directed(one)]
             hint = f"{enumerated(names, 'and')} have a direction"
             self.findings.reject(
                 "TIS702", f"{key} is a single number and has no direction", clause.span,
@@ -514,6 +556,14 @@ class Conditions:
 def _is_mathematical(call: s.Call) -> bool:
     return call.function.key in FUNCTIONS
 
+
+#: Fields by what could be taken for them.
+_FIELDS_MEANT = {
+    "stress": "write von Mises stress, largest principal stress or smallest principal stress",
+    "strain": "write largest principal strain or smallest principal strain",
+}
+#: What a study calls a statistic over time.
+_OVER_TIME = {"largest": "max", "smallest": "min", "average": "mean"}
 
 #: What a study calls the extremes and the mean of a measure, by other words.
 _AGGREGATES = {

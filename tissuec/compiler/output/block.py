@@ -33,6 +33,7 @@ from tissuec.scene.reading.clauses import Written, clauses_of
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.spellings import COUNT, COUNTED, in_parentheses
 from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.measures.statistics import STATISTICS
 from tissuec.script.plan import LogRequest, Output, SurfaceOutput
 
 MOST_SAMPLES, RATE = 100_000_000, "every 10 ms"
@@ -266,6 +267,9 @@ class OutputReader(BlockItems):
             self.findings.reject(
                 "TIS312", f"{key} has no parentheses", item.call.span, hint=hint
             )
+        if key in STATISTICS:
+            self._statistic(item)
+            return
         if key not in MEASURES and key != COUNT:
             hint = alternatives(key, MEASURES, what="measures")
             message = f'"{item.name.text}" is not a measure'
@@ -286,13 +290,27 @@ class OutputReader(BlockItems):
         every = self._recorded(COUNTED[0] if key == COUNT else key, item)
         quantity = QuantityReader(self.conditions).read(item.call)
         if any(reading.time is not None for reading in quantity.readings.values()):
-            message = "an output is taken over the whole run and cannot name a time"
-            self.findings.reject("TIS702", message, item.call.span)
+            self._refuse_time(item)
         of = " to ".join(one.span.one_line for one in arguments)
         title = f"{key} of {of}"
         self.once(title, item.span)
         measure: Any = quantity  # has the methods of a measure
         self.logs.append(LogRequest(title, measure, (), every, item.span))
+
+    def _statistic(self, item: s.RecordedCall) -> None:
+        """Add the log of a statistic of a field."""
+        every = self._recorded(COUNTED[0], item)
+        reading = self.conditions.reading(item.call)
+        if reading.time is not None:
+            self._refuse_time(item)
+        measure: Any = reading.measure
+        title = f"{measure.title} of {reading.subjects[0].name}"
+        self.once(title, item.span)
+        self.logs.append(LogRequest(title, measure, reading.subjects, every, item.span))
+
+    def _refuse_time(self, item: s.RecordedCall) -> NoReturn:
+        message = "an output is taken over the whole run and cannot name a time"
+        self.findings.reject("TIS702", message, item.call.span)
 
     def _without_idle(self, subject: Subject) -> Subject:
         is_idle = np.isin(subject.springs, self.idle)

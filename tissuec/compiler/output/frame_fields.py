@@ -38,22 +38,23 @@ def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]
     found: dict[str, Span] = {}
     for name in names:
         with findings.item():
-            if name.key not in FIELDS:
-                known = [one for one, field in FIELDS.items() if not field.always]
+            field = FIELDS.called(name.key)
+            if not field:
+                known = [one for one in FIELDS if not FIELDS[one].always]
                 hint = _DERIVED.get(name.key) or alternatives(name.key, known, what="fields")
                 findings.reject(
                     "TIS701", f'"{name.text}" is not a field of frames', name.span, hint=hint
                 )
-            if FIELDS[name.key].always:
+            if FIELDS[field].always:
                 findings.reject(
                     "TIS303",
-                    f"every trajectory contains the {name.key} of each {FIELDS[name.key].at}",
+                    f"every trajectory contains the {field} of each {FIELDS[field].at}",
                     name.span,
                     hint="omit it",
                 )
-            if name.key in found:
-                findings.refuse_second(f'"{name.key}"', name.span, found[name.key])
-            found[name.key] = name.span
+            if field in found:
+                findings.refuse_second(f'"{field}"', name.span, found[field])
+            found[field] = name.span
     return found
 
 

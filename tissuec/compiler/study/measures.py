@@ -266,7 +266,7 @@ class _MeasureReader:
         for reading in quantity.readings.values():
             for log in self.plan.output.logs:
                 same = [subject.name for subject in reading.subjects]
-                if log.measure is reading.measure and [x.name for x in log.subjects] == same:
+                if log.measure == reading.measure and [x.name for x in log.subjects] == same:
                     return log.every
         return self.duration / SAMPLES if math.isfinite(self.duration) else 1.0
 

@@ -264,30 +264,17 @@ class SolidElements(PointField, frozen=True):
         """Return K [Pa], shape (element,)."""
         return self.bulk + self.local
 
-    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return stress times the volumes of nodes, and these; see ``PointField``."""
-        share, half = self._shares, self._recorded("cauchy", position)
+    def stresses(self, position: Floats) -> Floats:
+        """Return the stress at points; see ``PointField``."""
+        half = self._recorded("cauchy", position)
         stress = np.empty((*half.shape[:2], 3, 3))
         for k, (i, j) in enumerate(PLACES[3]):
             stress[..., i, j] = stress[..., j, i] = half[..., k]
-        return np.einsum("eqa,eqxy->eaxy", share, stress), share.sum(axis=1)
-
-    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return plastic strains times volumes of nodes, and these; see ``PointField``."""
-        volume = self.node_volumes
-        if self.yielding is None:
-            return np.zeros_like(volume), volume
-        strain = self.yielding.equivalent(velocity, self.points)
-        return np.einsum("eqa,eq->ea", self._shares, strain), volume
+        return stress
 
     @property
-    def node_volumes(self) -> Floats:
-        """Return the drawn volumes of nodes; see ``PointField``."""
-        return self._shares.sum(axis=1)
-
-    @property
-    def _shares(self) -> Floats:
-        """Return the share of each node in each point [m³], shape (element, point, node)."""
+    def shares(self) -> Floats:
+        """Return the share of each node in each point; see ``PointField``."""
         return np.asarray(self.drawn.volume[self.row][..., None] * self.shape.lumped)
 
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:

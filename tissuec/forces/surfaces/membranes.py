@@ -227,27 +227,19 @@ class Membranes(PointField, frozen=True):
         """
         return self.seen("thickness", position)[0][..., 0]
 
-    def stress_shares(self, position: Floats) -> tuple[Floats, Floats]:
-        """Return stress times the volumes of nodes, and these; see ``PointField``."""
-        share, f = self.node_volumes, self.deformations(position)
+    def stresses(self, position: Floats) -> Floats:
+        """Return the stress at points; see ``PointField``."""
+        f = self.deformations(position)
         right = f.swapaxes(-1, -2) @ f
         # The ratio of areas has a lower bound.
-        area = np.sqrt(np.maximum(np.linalg.det(right), LEAST_SQUARE))[:, 0]
-        volume = area * self.thinner(position)
-        stress = (self.piola(position) @ f.swapaxes(-1, -2))[:, 0] / volume[:, None, None]
-        return share[..., None, None] * stress[:, None], share
+        area = np.sqrt(np.maximum(np.linalg.det(right), LEAST_SQUARE))
+        volume = area * self.thinner(position)[:, None]
+        return (self.piola(position) @ f.swapaxes(-1, -2)) / volume[..., None, None]
 
     @property
-    def node_volumes(self) -> Floats:
-        """Return the drawn volumes of nodes; see ``PointField``."""
-        return np.repeat(self.weight[:, None] / 3.0, 3, axis=1)
-
-    def plastic_shares(self, velocity: Floats) -> tuple[Floats, Floats]:
-        """Return plastic strains times volumes of nodes, and these; see ``PointField``."""
-        share = self.node_volumes
-        if self.yielding is None:
-            return np.zeros_like(share), share
-        return self.yielding.equivalent(velocity, self.points) * share, share
+    def shares(self) -> Floats:
+        """Return the share of each node in the only point; see ``PointField``."""
+        return np.repeat(self.weight[:, None, None] / 3.0, 3, axis=2)
 
     # --- for the engine -----------------------------------------------------------------------
 

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 import numpy as np
 from msgspec import Struct
 
+from tissuec.core.names import key_of
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension, si_unit
 from tissuec.forces.acting import FORCES, ForceOutput
 from tissuec.model.network import Floats
+from tissuec.script.measures import Subject
 from tissuec.script.measures.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ class FrameField:
         remark: Further sentences for the reference.
         of_force: The kind of the forces that it is about, if it is an output of these.
         needs: What must be shown for it to have a meaning, names of ``NEEDS`` of measures.
+        of_points: Whether elements have numbers at their points, of which nodes have the mean.
     """
 
     at: ClassVar[Place]
@@ -51,6 +54,7 @@ class FrameField:
     remark: ClassVar[str] = ""
     of_force: ClassVar[str] = ""
     needs: ClassVar[tuple[str, ...]] = ()
+    of_points: ClassVar[bool] = False
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:
@@ -62,6 +66,39 @@ class FrameField:
             ``over_cells``.
         """
         raise NotImplementedError
+
+    @classmethod
+    def of(cls, subject: Subject, snapshot: Snapshot) -> tuple[Floats, Floats]:
+        """Return the numbers of a subject, and by how much each of them counts.
+
+        Triangles and cells belong to it if all of their nodes do. Of vectors, it is the length.
+
+        Returns:
+            In the SI unit, shape (…, n), and shape (n,): the drawn volumes of cells [m³]; all
+            others count alike.
+        """
+        state, numbers = snapshot.state, cls.sample(snapshot)
+        if cls.width > 1:
+            numbers = np.linalg.norm(numbers, axis=-1)
+        nodes = snapshot.nodes(subject)
+        if cls.at == "node":
+            return numbers[..., nodes], np.ones(len(nodes))
+        if cls.at == "spring":
+            springs = snapshot.intact(subject)
+            springs = springs[~state.network.edges[springs]]
+            return numbers[..., springs], np.ones(len(springs))
+        inside = np.zeros(state.network.node_count, dtype=bool)
+        inside[nodes] = True
+        if cls.at == "triangle":
+            own = inside[state.network.skin].all(axis=1)
+            return numbers[..., own], np.ones(int(own.sum()))
+        cells = [each for each in state.enclosures.values() if each.item_count]
+        own = [
+            np.logical_and.reduceat(inside[c.corners].all(axis=1), c.first[:-1]) for c in cells
+        ]
+        chosen = np.concatenate([np.zeros(0, dtype=bool), *own])
+        volume = np.concatenate([np.zeros(0), *(each.drawn for each in cells)])
+        return numbers[..., chosen], volume[chosen]
 
 
 class FrameFields(Family[type[FrameField]]):
@@ -75,6 +112,10 @@ class FrameFields(Family[type[FrameField]]):
     def always(self) -> tuple[str, ...]:
         """Return the names of the fields that each trajectory contains, in order."""
         return tuple(name for name in sorted(self._own()) if self._own()[name].always)
+
+    def called(self, key: str) -> str:
+        """Return the name of the field that a scene calls by a key of names; "" without one."""
+        return next((name for name in self if key_of(name) == key), "")
 
     def __getitem__(self, name: str) -> type[FrameField]:
         return self._own()[name] if name in self._own() else self._of_forces()[name]

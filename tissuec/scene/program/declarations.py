@@ -366,8 +366,11 @@ def _declare(
 def _refuse_taken(item: s.Definition, findings: Findings) -> None:
     """Reject a function with the name of one that the language has, or of a measure."""
     from tissuec.script.measures import MEASURES  # where a scene has functions
+    from tissuec.script.measures.statistics import STATISTICS
 
-    for names, what in ((FUNCTIONS, "function"), (MEASURES, "measure")):
+    for names, what in (
+        (FUNCTIONS, "function"), (MEASURES, "measure"), (STATISTICS, "statistic"),
+    ):  # fmt: skip
         if item.name.key in names:
             findings.reject(
                 "TIS503",

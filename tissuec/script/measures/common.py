@@ -31,6 +31,11 @@ class DirectedMeasure(OfNodes):
         raise NotImplementedError
 
 
+def is_directed(measure: object) -> bool:
+    """Return whether a measure can be followed by ``along (x, y, z)``."""
+    return isinstance(measure, type) and issubclass(measure, DirectedMeasure)
+
+
 class ScalarMeasure(OfNodes):
     """Base of the measures that have one component."""
 

@@ -21,6 +21,7 @@ KINDS: Mapping[Kind, str] = {
     "springs of a set": "set of springs, joint", "tool": "tool",
 }  # fmt: skip
 YES = "yes"
+WHOLE = "of whole elements"
 _PRESSED = "if it is pressed or keeps its volume"
 _OUTSIDE = "if touched, joined or pressed"
 _HELD_SET = "if held, pushed, touched, joined or pressed"
@@ -57,6 +58,18 @@ NEEDS: Mapping[str, Need] = {
         {"wall": YES, "solid": YES, "nodes of a set": "of elements", "tool": YES},
         text="nodes of solid elements",
         hint="solids consist of elements if their tissue has a Young's modulus",
+    ),
+    "whole elements": Need(
+        {"wall": YES, "solid": YES, "nodes of a set": WHOLE, "tool": YES},
+        text="elements all of whose nodes are in A",
+        hint="name a body, or a set with all nodes of some elements; stress(A) is the mean "
+        "around any nodes",
+    ),
+    "cells": Need(
+        dict.fromkeys(KINDS, "if its volume is preserved"),
+        absent="nothing preserves the volume of A",
+        hint="write hydrostatic pressure, which elements have",
+        result="has no value",
     ),
     "inside": Need(
         {"net": "unless it is flat", "wall": "unless it is flat", "solid": YES},

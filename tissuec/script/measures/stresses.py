@@ -9,6 +9,7 @@ from tissuec.mechanics.deformation import COMPONENTS, six, symmetric, von_mises
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import DirectedMeasure, ScalarMeasure, one_column
+from tissuec.script.measures.points import around_nodes
 from tissuec.script.measures.snapshot import Snapshot
 
 
@@ -123,20 +124,5 @@ class PlasticStrain(ScalarMeasure):
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         nodes = snapshot.nodes(subjects[0])
-        own = plastic_strains(snapshot)[..., nodes]
+        own = around_nodes(snapshot, lambda own, _: own.plastic_strains)[..., nodes]
         return one_column(own.max(axis=-1, initial=0.0), snapshot)
-
-
-def plastic_strains(snapshot: Snapshot) -> Floats:
-    """Return the mean plastic strain around each node, dimensionless, shape (…, node)."""
-    velocity = snapshot.velocity.reshape(-1, *snapshot.velocity.shape[-2:])
-    found = np.zeros(velocity.shape[:2])
-    for row, speeds in zip(found, velocity, strict=True):
-        volume = np.zeros_like(row)
-        for field in snapshot.state.elements:
-            for _, own in field.intact(snapshot.state.alive).in_blocks():
-                strain, share = own.plastic_shares(speeds)
-                np.add.at(row, own.nodes, strain)
-                np.add.at(volume, own.nodes, share)
-        row /= np.where(volume > 0.0, volume, 1.0)
-    return found.reshape(snapshot.velocity.shape[:-1])
