@@ -11,7 +11,7 @@ from tissuec.core.errors import CompileError
 from tissuec.learn.fit.learning import learn
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
-from tissuec.script.measures import Subject
+from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.measures.statistics import STATISTICS, statistic_of
 
@@ -42,6 +42,22 @@ def test_an_even_stretch_has_the_same_number_everywhere(statistic):
     }
     for name, value in expected.items():
         assert seen(statistic, name, snapshot) == pytest.approx(value, rel=1e-11, abs=1e-12)
+
+
+def test_the_strain_of_elements_is_the_largest_in_any_direction():
+    """That of simple shear by γ has λ - 1/λ = γ; edges have less in oblique directions."""
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    for deformation, largest in (
+        (np.diag([1.1, 0.8, 1.0]), 0.2),
+        (turn @ np.diag([1.1, 0.95, 1.0]) @ turn.T, 0.1),
+        (
+            np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            0.25 + 1.0625**0.5 - 1.0,
+        ),
+    ):  # of simple shear, λ - 1/λ = γ
+        snapshot, _ = strained(deformation)
+        found = MEASURES["strain"].sample((EVERY,), snapshot)
+        assert found == pytest.approx(largest, rel=1e-12)
 
 
 def test_every_field_of_elements_is_there():
@@ -172,6 +188,7 @@ table nodes of net in mm with columns "id x" { 1 0; 2 100; 3 300 }
 table springs of net with columns "a b" { 1 2; 2 3 }
 set corner = nodes of net in [1]
 set face = nodes of block where x < 0.1 mm
+set edges = springs of block where x < 0.1 mm
 """
 
 
@@ -180,6 +197,8 @@ set face = nodes of block where x < 0.1 mm
     [
         ("largest(von Mises stress of net)", "needs nodes of solid elements"),
         ("largest(von Mises stress of face)", "needs elements all of whose nodes are in A"),
+        ("strain(face)", "strain(A) needs springs, or elements all of whose nodes are in A"),
+        ("strain(edges)", "strain(A) needs springs, or elements all of whose nodes are in A"),
         ("largest(tension of block)", "needs springs that bear a tension"),
         ("largest(stress of block)", "write von Mises stress, largest principal stress"),
         ("largest(von Mises tress of block)", 'did you mean "von Mises stress"?'),

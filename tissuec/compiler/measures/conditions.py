@@ -36,7 +36,7 @@ from tissuec.scene.sentences import (
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.common import is_directed
-from tissuec.script.measures.needs import NEEDS, WHOLE, YES
+from tissuec.script.measures.needs import NEEDS, STRAINED, WHOLE, YES
 from tissuec.script.measures.statistics import PERCENTILE, STATISTICS, form_of
 from tissuec.script.plan import Condition, Expectation
 from tissuec.script.verbs.cut import SCISSORS
@@ -458,7 +458,7 @@ class Conditions:
             known = [b.drawing.body.name for b in bodies if has_by_kind(key, b.drawing)]
             others = alternatives(name.text, known, what="there are")
             # Where any set will do, it is one of the body that is meant.
-            is_of_sets = need.kinds.get("nodes of a set") in (YES, WHOLE)
+            is_of_sets = need.kinds.get("nodes of a set") in (YES, WHOLE, STRAINED)
             hint = need.hint if is_of_sets else others or need.hint
             message = f"{measure.form} needs {need.text}"
             self.findings.reject("TIS702", message, name.span, hint=hint)
@@ -469,16 +469,17 @@ class Conditions:
         if name.key in bodies:
             return has_by_kind(need, bodies[name.key].drawing)
         if name.key in self.tools:
-            if "tool" not in NEEDS[need].kinds:
-                return True  # reported elsewhere
+            if "tool" not in NEEDS[need].kinds or need == "strained":
+                return True  # reported elsewhere, or known when it holds something
             return any(bool(one.drawing.mesh.elements) for one in bodies.values())
-        if need == "whole elements":
-            of_springs = self.groups.is_springs(name)
-            return of_springs or self.groups.has_whole_elements(self.groups.nodes(name).indices)
-        if need == "springs":
+        if need in ("springs", "strained"):
             springs = self.groups.springs(name).indices
             edges = [one.springs for one in bodies.values() if one.drawing.mesh.elements]
-            return not np.isin(springs, np.concatenate([springs[:0], *edges])).all()
+            if not np.isin(springs, np.concatenate([springs[:0], *edges])).all():
+                return True
+        if need in ("springs", "strained", "whole elements"):
+            is_whole = need != "springs" and not self.groups.is_springs(name)
+            return is_whole and self.groups.has_whole_elements(self.groups.nodes(name).indices)
         if self.groups.is_springs(name) or NEEDS[need].kinds.get("nodes of a set") == YES:
             return True  # springs are reported elsewhere
         return self.groups.has_elements(self.groups.nodes(name).indices)

@@ -1,6 +1,7 @@
 """Springs: their length, strain and tension, and how far their rest lengths have flowed."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, one_column
+from tissuec.script.measures.points import at_points
 from tissuec.script.measures.snapshot import Snapshot
 
 
@@ -35,25 +37,37 @@ class Length(ScalarMeasure):
 
 @MEASURES.member("strain")
 class Strain(ScalarMeasure):
-    """The largest |L - L0| / L0 of the intact springs of A; 0 without any.
+    """The largest strain |L - L0| / L0 of the intact springs and elements of A.
 
-    Springs with a rest length L0 of 0 have no strain and are skipped. If rest lengths flow, L0
-    is the present one.
+    That of elements is the largest |λ - 1| of the principal stretches λ of their points, from
+    the shape without stress; in walls, of those in the plane. Springs with a rest length L0 of
+    0 have no strain and are skipped. If rest lengths flow, L0 is the present one. It is 0 if
+    nothing is left.
     """
 
     form = "strain(A)"
     dimension = units.NUMBER
     takes = "any"
+    needs = ("strained",)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        springs = snapshot.intact(subjects[0])
-        rest = observables.rest_lengths(snapshot.state, snapshot.velocity, springs)
-        ends = snapshot.state.springs.ends[springs]
+        springs, state = snapshot.intact(subjects[0]), snapshot.state
+        springs = springs[~state.network.edges[springs]]
+        rest = observables.rest_lengths(state, snapshot.velocity, springs)
+        ends = state.springs.ends[springs]
         stretched = np.abs(observables.elongation(ends, snapshot.position, rest))
         has_length = rest > 0.0
         strain = np.where(has_length, stretched / np.where(has_length, rest, 1.0), 0.0)
-        return one_column(strain.max(axis=-1, initial=0.0), snapshot)
+        found = strain.max(axis=-1, initial=0.0)
+        if not subjects[0].is_springs and state.elements:
+            own, _ = at_points(snapshot, snapshot.nodes(subjects[0]), _largest_strain)
+            found = np.maximum(found, own.max(axis=-1, initial=0.0))
+        return one_column(found, snapshot)
+
+
+def _largest_strain(elements: Any, position: Floats) -> Floats:
+    return np.abs(elements.principal_stretches(position) - 1.0).max(axis=-1)
 
 
 @MEASURES.member("tension")

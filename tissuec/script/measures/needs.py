@@ -21,7 +21,7 @@ KINDS: Mapping[Kind, str] = {
     "springs of a set": "set of springs, joint", "tool": "tool",
 }  # fmt: skip
 YES = "yes"
-WHOLE = "of whole elements"
+WHOLE, STRAINED = "of whole elements", "with springs or whole elements"
 _PRESSED = "if it is pressed or keeps its volume"
 _OUTSIDE = "if touched, joined or pressed"
 _HELD_SET = "if held, pushed, touched, joined or pressed"
@@ -64,6 +64,12 @@ NEEDS: Mapping[str, Need] = {
         text="elements all of whose nodes are in A",
         hint="name a body, or a set with all nodes of some elements; stress(A) is the mean "
         "around any nodes",
+    ),
+    "strained": Need(
+        {**dict.fromkeys(KINDS, YES), "nodes of a set": STRAINED},
+        text="springs, or elements all of whose nodes are in A",
+        hint="name a body, or a set with all nodes of some elements; length(A) tells how far "
+        "edges of elements along a line are stretched",
     ),
     "cells": Need(
         dict.fromkeys(KINDS, "if its volume is preserved"),
