@@ -8,6 +8,7 @@ import pytest
 
 import tissuec
 from tests.api.scenes import PULL
+from tests.vtk_reading import LINE, TRIANGLE, VERTEX, cells_of
 
 #: Two bodies, one with regions and bending springs, joined; part of it is recorded.
 PARTS = """language 1
@@ -331,14 +332,14 @@ def test_a_frame_is_a_mesh_of_pyvista(parts):
     mesh, last = parts.to_pyvista(), len(parts.times) - 1
     cells = parts.cells(last)
     assert np.array_equal(mesh.points, parts.position[last])
-    assert np.array_equal(mesh.lines.reshape(-1, 3)[:, 1:], cells.lines)
-    assert np.array_equal(mesh.faces.reshape(-1, 4)[:, 1:], cells.triangles)
-    assert np.array_equal(mesh.verts.reshape(-1, 2)[:, 1:], cells.vertices)
+    assert np.array_equal(cells_of(mesh, LINE), cells.lines)
+    assert np.array_equal(cells_of(mesh, TRIANGLE), cells.triangles)
+    assert np.array_equal(cells_of(mesh, VERTEX), cells.vertices)
     assert np.array_equal(mesh.point_data["velocity"], parts.velocity[last])
     tension, rows = parts.spring_force(last)
-    # PyVista knows no lines apart from other cells: the order is that of VTK.
-    assert np.array_equal(mesh.cell_data["spring_force"][cells.line_rows], tension)
-    assert np.array_equal(mesh.cell_data["spring_id"][cells.line_rows], parts.spring_ids[rows])
+    lines = mesh.celltypes == LINE
+    assert np.array_equal(mesh.cell_data["spring_force"][lines], tension)
+    assert np.array_equal(mesh.cell_data["spring_id"][lines], parts.spring_ids[rows])
     assert mesh.field_data["TimeValue"] == [parts.times[last]]
     assert parts.to_pyvista(0).field_data["TimeValue"] == [0.0]
     with pytest.raises(IndexError, match="frame 99"):

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.test_cli import tissuec
-from tests.vtk_reading import opened
+from tests.vtk_reading import LINE, TRIANGLE, VERTEX, cells_of, opened
 from tissuec.compiler.anatomy import anatomy_of
 from tissuec.core.resources import library
 from tissuec.core.source import Source
@@ -130,11 +130,11 @@ def at_lines(block):
 
 
 def triangles(block):
-    return vtk_to_numpy(block.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    return cells_of(block, TRIANGLE)
 
 
 def lines(block):
-    return vtk_to_numpy(block.GetLines().GetConnectivityArray()).reshape(-1, 2)
+    return cells_of(block, LINE)
 
 
 def test_blocks_are_bodies_joints_and_tools(made):
@@ -201,9 +201,9 @@ def test_a_cut_removes_lines_and_triangles(made):
     for path in made[2]:
         reader = opened(path)
         before, after = shown(reader, 4)["pad_springs"], shown(reader, 6)["pad_springs"]
-        assert before.GetNumberOfLines() - after.GetNumberOfLines() == 3
-        assert shown(reader, 6)["pad_skin"].GetNumberOfPolys() == 4
-        assert shown(reader, 4)["pad_skin"].GetNumberOfPolys() == 8
+        assert len(lines(before)) - len(lines(after)) == 3
+        assert len(triangles(shown(reader, 6)["pad_skin"])) == 4
+        assert len(triangles(shown(reader, 4)["pad_skin"])) == 8
 
 
 def test_a_tool_without_a_shape_is_what_it_holds(made):
@@ -216,9 +216,8 @@ def test_a_tool_without_a_shape_is_what_it_holds(made):
         ]
         assert [len(nodes) for nodes in held] == [0, 0, 3, 3, 3, 3, 3, 0, 0]
         assert np.array_equal(held[4], other)
-        vertices = shown(reader, 4)["grip_held"].GetVerts()
-        assert vtk_to_numpy(vertices.GetConnectivityArray()).tolist() == [0, 1, 2]
-        assert vtk_to_numpy(vertices.GetOffsetsArray()).tolist() == [0, 1, 2, 3]
+        vertices = cells_of(shown(reader, 4)["grip_held"], VERTEX)
+        assert vertices.tolist() == [[0], [1], [2]]
 
 
 def test_tools_are_closed_surfaces_where_they_act(made):
@@ -229,7 +228,7 @@ def test_tools_are_closed_surfaces_where_they_act(made):
         for name, frames in (("finger", range(9)), ("grip", range(2, 8)), ("shears", (5,))):
             for frame in range(9):
                 block = blocks[frame][name]
-                assert bool(block.GetNumberOfPolys()) == (frame in frames)
+                assert bool(len(triangles(block))) == (frame in frames)
                 corners = triangles(block)
                 edges = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
                 assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
@@ -377,7 +376,7 @@ def test_a_node_that_nothing_holds_is_a_block_of_its_own(tmp_path):
     )
     _, result = run_to(tmp_path, text)
     reader = opened(result.blocks)
-    counts = [shown(reader, frame)["pad_nodes"].GetNumberOfVerts() for frame in (0, 8)]
+    counts = [len(cells_of(shown(reader, frame)["pad_nodes"], VERTEX)) for frame in (0, 8)]
     assert counts == [0, 1]
 
 
@@ -565,9 +564,7 @@ def test_blocks_of_shipped_scenes_are_whole(tmp_path, name):
         assert all(np.isfinite(read[array]).all() for array in read.array_names)
     assert len(pyvista.read(result.blocks)) == len(blocks)
     if name == "sterilisation":
-        counts = [
-            shown(reader, frame)["oviduct_springs"].GetNumberOfLines() for frame in (17, 18)
-        ]
+        counts = [len(lines(shown(reader, frame)["oviduct_springs"])) for frame in (17, 18)]
         assert counts == [610, 580]
 
 
@@ -607,10 +604,10 @@ def test_frames_as_xml_hold_the_same_blocks(made, tmp_path):
                     assert one.keys() == other.keys()
                     for key in one:
                         assert np.array_equal(one[key], other[key]), (name, key)
-            assert found.GetNumberOfVerts() == block.GetNumberOfVerts()
-            assert found.GetNumberOfPolys() == block.GetNumberOfPolys()
+            assert np.array_equal(cells_of(found, VERTEX), cells_of(block, VERTEX))
+            assert np.array_equal(triangles(found), triangles(block))
     assert sorted(p.name for p in (tmp_path / "pad").glob("grip_*")) == [
-        f"grip{part}_{number:04}.vtp" for part in ("", "_held") for number in range(9)
+        f"grip{part}_{number:04}.vtu" for part in ("", "_held") for number in range(9)
     ]
 
 
@@ -622,7 +619,7 @@ def test_the_series_opens_in_pyvista_with_its_times(made, tmp_path):
     reader = pyvista.get_reader(tmp_path / "all.pvd")
     assert reader.time_values == [0.25]
     assert reader.read()[0].keys()[:2] == ["pad_springs", "pad_skin"]
-    assert pyvista.read(tmp_path / "one" / "pad_skin.vtp").n_cells == 8
+    assert pyvista.read(tmp_path / "one" / "pad_skin.vtu").n_cells == 8
 
 
 # --- commands ---------------------------------------------------------------------------------

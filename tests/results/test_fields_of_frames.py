@@ -212,11 +212,11 @@ def test_files_say_unit_and_text_and_h5md_shows_nodes(path):
 def test_exports_and_tables_have_all_fields(result):
     shape = frame_shape(result, 2)
     assert {"kinetic_energy", "pressure"} <= set(shape.point_data)
-    cells = result.cells(2)
+    rows = shape.grid.rows
     own = shape.cell_data["area"]
-    assert own[cells.triangle_rows] == pytest.approx(areas(shape.points[shape.triangles]))
-    assert not own[: cells.triangle_rows.start].any()
-    assert shape.cell_data["stretch"][cells.line_rows].any()
+    assert own[rows["triangle"]] == pytest.approx(areas(shape.points[shape.triangles]))
+    assert not own[: rows["triangle"].start].any()
+    assert shape.cell_data["stretch"][rows["spring"]].any()
     pytest.importorskip("xarray")
     data = tissuec.load(result.path).to_xarray("pressure", "area", "kinetic_energy")
     assert data["pressure"].dims == ("time", "cell")
@@ -269,7 +269,8 @@ def test_vtk_finds_fields_in_the_result_and_in_blocks(path, result):
         count = len(springs["cells stretch"])
         cells = result.cells(2)
         assert np.array_equal(
-            springs["cells stretch"], shape.cell_data["stretch"][cells.line_rows][:count]
+            springs["cells stretch"],
+            shape.cell_data["stretch"][shape.grid.rows["spring"]][:count],
         )
         corners = shape.points[cells.triangles[: len(skin["cells area"])]]
         assert skin["cells area"] == pytest.approx(areas(corners), rel=1e-12)

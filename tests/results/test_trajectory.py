@@ -176,11 +176,14 @@ def test_a_truncated_file_is_told(path):
 
 def test_another_layout_is_told(path):
     with h5py.File(path, "r+") as file:
-        file["tissuec"].attrs["layout_version"] = 7
-    with pytest.raises(
-        ResultError, match="has layout 7, but this version of tissuec reads layout 2"
-    ):
+        file["tissuec"].attrs["layout_version"] = 2
+        file["tissuec/manifest"].attrs["tissuec"] = "0.1.0"
+    with pytest.raises(ResultError) as refused:
         Trajectory.open(path)
+    assert str(refused.value) == (
+        f'"{path}" has layout 2 (of tissuec 0.1.0), but this version of tissuec reads layout '
+        "3; read it with the version that wrote it, or run the scene again"
+    )
 
 
 @pytest.mark.parametrize("name", ["VTKHDF/Points", "VTKHDF/Steps", "tissuec/recording"])

@@ -9,7 +9,7 @@ from tissuec.core.structs import replace
 pytest.importorskip("vtkmodules.vtkIOHDF")
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from tests.vtk_reading import opened
+from tests.vtk_reading import LINE, TRIANGLE, VERTEX, cells_of, opened
 from tissuec.laws import LINEAR
 from tissuec.model.springs import Springs
 from tissuec.results.recording import Recording
@@ -21,10 +21,6 @@ def shown(reader, frame):
     reader.SetStep(frame)
     reader.Update()
     return reader.GetOutput()
-
-
-def cells(array, width):
-    return vtk_to_numpy(array.GetConnectivityArray()).reshape(-1, width)
 
 
 def assert_frame_is(data, example, frame, nodes):
@@ -41,11 +37,11 @@ def assert_frame_is(data, example, frame, nodes):
     identities = vtk_to_numpy(points.GetArray("node_id"))
     assert np.array_equal(identities, example.network.node_ids[nodes])
     springs = example.recording.springs[example.alive(frame)[example.recording.springs]]
-    lines = cells(data.GetLines(), 2)
+    lines = cells_of(data, LINE)
     assert np.array_equal(nodes[lines], example.network.springs.ends[springs])
-    first = data.GetNumberOfVerts()
+    first = len(cells_of(data, VERTEX))
     tension = vtk_to_numpy(data.GetCellData().GetArray("spring_force"))
-    assert len(tension) == first + len(lines) + data.GetNumberOfPolys()
+    assert len(tension) == first + len(lines) + len(cells_of(data, TRIANGLE))
     assert np.array_equal(
         tension[first : first + len(lines)], example.tension[frame, springs].astype(kind)
     )
@@ -71,11 +67,11 @@ def test_every_frame_is_seen_through_a_cut_in_any_order(tmp_path, example, singl
     path = example.saved(tmp_path / "a.vtkhdf")
     assert_all_frames(path, example, example.recording.nodes)
     reader = opened(path)
-    assert shown(reader, 0).GetNumberOfPolys() == len(example.network.skin)
-    assert shown(reader, 20).GetNumberOfPolys() == len(example.network.skin) - 8
+    assert len(cells_of(shown(reader, 0), TRIANGLE)) == len(example.network.skin)
+    assert len(cells_of(shown(reader, 20), TRIANGLE)) == len(example.network.skin) - 8
     with Trajectory.open(path) as read:
         for frame in (0, 20, 35):
-            polygons = cells(shown(reader, frame).GetPolys(), 3)
+            polygons = cells_of(shown(reader, frame), TRIANGLE)
             assert np.array_equal(polygons, read.cells(frame).triangles)
 
 
@@ -120,7 +116,7 @@ def test_single_nodes_are_seen_as_vertices(tmp_path, example):
         writer.frames(example.time[:1], *state)
         path = writer.close("done", finished=True)
     data = shown(opened(path), 0)
-    assert cells(data.GetVerts(), 1).ravel().tolist() == [20, 21, 22]
+    assert cells_of(data, VERTEX).ravel().tolist() == [20, 21, 22]
     numbers = vtk_to_numpy(data.GetCellData().GetArray("spring_id"))
     expected = np.concatenate([[-1] * 3, example.network.springs.ids[:-2], [-1] * 32])
     assert np.array_equal(numbers, expected)
@@ -137,7 +133,7 @@ def test_files_without_springs_or_frames_open(tmp_path, example, nodes, frames):
         path = writer.close("done", finished=True)
     reader = opened(path)
     reader.Update()
-    assert reader.GetOutput().GetNumberOfLines() == 0
+    assert len(cells_of(reader.GetOutput(), LINE)) == 0
     if frames and nodes:
         points = vtk_to_numpy(shown(reader, 0).GetPoints().GetData())
         assert np.array_equal(points, example.position[0, :nodes])

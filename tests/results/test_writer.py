@@ -73,7 +73,7 @@ def test_what_repeats_itself_in_large_nets_is_compressed_and_read_alike(
     tmp_path, example, monkeypatch
 ):
     plain = example.saved(tmp_path / "plain.vtkhdf")
-    for module in ("store", "polydata"):
+    for module in ("store", "grid_frames"):
         monkeypatch.setattr(f"tissuec.results.{module}.LARGE", 4)
     monkeypatch.setattr("tissuec.results.store.LEAST_COMPRESSED", 4)
     path = example.saved(tmp_path / "large.vtkhdf")
@@ -83,7 +83,7 @@ def test_what_repeats_itself_in_large_nets_is_compressed_and_read_alike(
         for name, dataset in written.items():
             if name not in ("tissuec/manifest", "tissuec/checksums"):
                 np.testing.assert_array_equal(dataset[()], former[name][()], err_msg=name)
-        lists = ("tissuec/network/ends", "tissuec/lines/spring", "VTKHDF/Lines/Connectivity")
+        lists = ("tissuec/network/ends", "VTKHDF/Connectivity", "VTKHDF/Offsets")
         for name in (*lists, "VTKHDF/CellData/spring_id", "tissuec/recording/springs"):
             assert written[name].compression == "gzip", name
         assert written["VTKHDF/Points"].compression is None

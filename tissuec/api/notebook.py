@@ -69,12 +69,12 @@ class Trajectory(results.Trajectory):
 
         return conversion.to_xarray(self, names, frames)
 
-    def to_pyvista(self, frame: int = -1) -> "pyvista.PolyData":
-        """Return one frame as a mesh of PyVista: springs as lines, skin as triangles.
+    def to_pyvista(self, frame: int = -1) -> "pyvista.UnstructuredGrid":
+        """Return one frame as a mesh of PyVista: springs, triangles, and solids as volumes.
 
         Points are in m; the arrays at points are "velocity" [m/s], "force" [N] and "node_id",
         those at cells "spring_force" [N] and "spring_id", which only lines have: 0 and -1
-        elsewhere.
+        elsewhere. Further fields that frames contain have their own names.
 
         Args:
             frame: Its number; a negative one counts from the end.

@@ -20,9 +20,9 @@ from tissuec.core.workers.workers import permitted
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.checkpoint import scene_digest
-from tissuec.results.fields import FIELDS, always_recorded
+from tissuec.results.fields import FIELDS, Place, always_recorded
 from tissuec.results.layout import reserved
-from tissuec.results.mesh import RecordedMesh
+from tissuec.results.mesh import DrawnMesh, everything
 from tissuec.results.recording import Event
 from tissuec.results.shapes import ExportedShape, net_shape
 from tissuec.scene.overrides.texts import Given
@@ -222,7 +222,7 @@ class SteppedRun:
         """Return which springs are whole, shape (spring,)."""
         return self.snapshot.state.alive
 
-    def to_pyvista(self) -> "pyvista.PolyData":
+    def to_pyvista(self) -> "pyvista.UnstructuredGrid":
         """Return the net at the present time as a mesh; see ``Trajectory.to_pyvista``.
 
         Raises:
@@ -443,22 +443,20 @@ def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
         title: What is drawn.
         snapshot: At one time.
     """
-    network = snapshot.state.network
-    nodes = np.arange(network.body_nodes)
-    ends = network.springs.ends[: network.first_mark]
-    springs = np.flatnonzero((ends < len(nodes)).all(axis=1))
-    cells = RecordedMesh.of(network, nodes, springs).cells(snapshot.state.alive)
+    network, alive = snapshot.state.network, snapshot.state.alive
+    mesh = everything(network)
+    nodes = mesh.nodes
     points: dict[str, NDArray[Any]] = {
         "position": snapshot.position[nodes],
         "velocity": snapshot.velocity[nodes],
     }
-    own: dict[str, tuple[slice, NDArray[Any]]] = {}
+    own: dict[str, tuple[Place, NDArray[Any]]] = {}
     for channel in always_recorded():
         numbers = FIELDS[channel.name].sample(snapshot)
         if channel.at == "node":
             points[channel.stored] = numbers[nodes]
         elif channel.at == "spring":
-            own[channel.stored] = cells.line_rows, numbers[cells.springs]
+            own[channel.stored] = "spring", numbers[mesh.springs]
     points["node_id"] = network.node_ids[nodes]
-    ids = network.springs.ids[cells.springs]
-    return net_shape(title, float(snapshot.time), cells, points, own, ids)
+    drawing = DrawnMesh(mesh, mesh.cells(alive), alive)
+    return net_shape(title, float(snapshot.time), drawing, points, own)

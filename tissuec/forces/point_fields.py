@@ -419,6 +419,21 @@ class PointField(ElementField, frozen=True, dict=True):
             np.add.at(total, own.nodes, stress)
         return total, volume
 
+    def mean_stress(self, position: Floats) -> Floats:
+        """Return the mean Cauchy stress of each element [Pa], shape (element, 3, 3).
+
+        Places count by their drawn volume; viscous stress is left out.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        found = np.zeros((self.item_count, 3, 3))
+        for items, own in self.in_blocks():
+            weight = own.shares.sum(axis=2)
+            weight /= weight.sum(axis=1, keepdims=True)
+            found[items] = np.einsum("eq,eqxy->exy", weight, own.stresses(position))
+        return found
+
     # --- bounds -------------------------------------------------------------------------------
 
     @property

@@ -80,6 +80,21 @@ class ElementShape(Struct, frozen=True, eq=False):
         )
         return np.asarray(across * self.weights)
 
+    def mean_strain(self, corners: Floats, drawn: Floats) -> Floats:
+        """Return mean Green-Lagrange strains, dimensionless, shape (…, element, 3, 3).
+
+        Points count by their drawn volume.
+
+        Args:
+            corners: Positions of the nodes of elements [m], shape (…, element, node, 3).
+            drawn: The same before the deformation, shape (element, node, 3).
+        """
+        measures = Measures.of(self, drawn)
+        strain = np.einsum("...eax,eqay->...eqxy", corners, measures.gradients)
+        strain = 0.5 * (strain.swapaxes(-1, -2) @ strain - np.eye(3))
+        weight = measures.volume / measures.volume.sum(axis=1, keepdims=True)
+        return np.einsum("...eqxy,eq->...exy", strain, weight)
+
     def volumes(self, corners: Floats) -> Floats:
         """Return the volumes of elements [m³], shape (…, element); see ``point_volumes``."""
         return np.asarray(self.point_volumes(corners).sum(axis=-1))

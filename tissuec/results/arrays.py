@@ -27,6 +27,7 @@ from tissuec.model.springs import COLUMNS, Springs
 from tissuec.results import access, schema
 from tissuec.results.access import Contents, ResultGroup
 from tissuec.results.datasets import GroupSpec
+from tissuec.results.element_cells import ElementCells
 from tissuec.results.fields import FieldChannel, always_recorded
 from tissuec.results.frame_columns import column_of
 from tissuec.results.recording import LogChannel, NamedGroup, Recording
@@ -54,6 +55,8 @@ def write_network(store: Store, network: Network) -> None:
     )
     if any(b.elements for b in bodies):
         store.arrays(schema.BODIES, elements=[b.elements for b in bodies])
+    if len(solids := ElementCells.of(network)):
+        store.arrays(schema.SOLIDS, **{name: getattr(solids, name) for name in schema.SOLIDS})
     _write_threads(store, network)
     _write_tools(store, network)
     for group, parts in ((schema.JOINTS, network.joints), (schema.MARKS, network.marks)):
@@ -125,6 +128,12 @@ def read_network(file: ResultGroup, source: Source) -> Network:
         marks=tuple(MarkPart(*part, span) for part in _read_parts(file, schema.MARKS)),
         skin_marks=marks.get("skin"),
     )
+
+
+def read_solids(file: ResultGroup) -> ElementCells:
+    """Return the solid elements of the network in ``file``."""
+    found = Contents(file, schema.SOLIDS)
+    return ElementCells(**found.whole) if found else ElementCells.none()
 
 
 def _read_bodies(file: ResultGroup, span: Span) -> Iterator[BodyPart]:

@@ -134,20 +134,16 @@ def _names(count: int, places: Sequence[tuple[str, slice]]) -> NDArray[np.str_]:
     return names.astype(str)
 
 
-def to_pyvista(shape: ExportedShape) -> "pyvista.PolyData":
+def to_pyvista(shape: ExportedShape) -> "pyvista.UnstructuredGrid":
     """Return a shape as a mesh of PyVista; see `Trajectory.to_pyvista`.
 
     Raises:
         ImportError: PyVista is not installed.
     """
     pyvista = package("pyvista", "to_pyvista", extra="pyvista")
-    mesh = pyvista.PolyData()
-    mesh.points = np.array(shape.points)
-    # In the order of VTK, which is that of the numbers at cells.
-    mesh.verts, mesh.lines, mesh.faces = (
-        np.insert(table, 0, table.shape[1], axis=1).ravel()
-        for table in (shape.vertices, shape.lines, shape.triangles)
-    )
+    grid, points = shape.grid, np.array(shape.points)
+    cells = np.insert(grid.points, grid.ends[:-1], np.diff(grid.ends))
+    mesh = pyvista.UnstructuredGrid(cells, grid.types, points)
     for data, values in (
         (mesh.point_data, shape.point_data),
         (mesh.cell_data, shape.cell_data),

@@ -15,8 +15,10 @@ from tissuec.core.hints import alternatives
 from tissuec.core.scale import AxisUnit
 from tissuec.model.network import Floats
 from tissuec.results import ResultError
-from tissuec.results.frame_columns import MOTION
+from tissuec.results.fields import Place
+from tissuec.results.frame_columns import MOTION, POINTS
 from tissuec.results.hdf5 import open_file
+from tissuec.results.mesh import CellGrid
 from tissuec.results.recording import Event
 from tissuec.results.shapes import (
     ExportedShape,
@@ -95,26 +97,25 @@ def _plain_table(trajectory: Trajectory, name: str) -> Any:
 
 def frame_shape(trajectory: Trajectory, frame: int) -> ExportedShape:
     """Return the net in one frame; IndexError if there is no such frame."""
-    cells = trajectory.cells(frame)
+    drawing = trajectory.drawing(frame)
     points: dict[str, NDArray[Any]] = {}
-    own: dict[str, tuple[slice, NDArray[Any]]] = {}
+    own: dict[str, tuple[Place, NDArray[Any]]] = {}
     for channel in (*MOTION, *trajectory.channels):
-        if channel.at in ("spring", "triangle"):
-            rows = cells.line_rows if channel.at == "spring" else cells.triangle_rows
-            own[channel.stored] = rows, trajectory.shown(channel.name, frame)[0]
-        else:
+        if channel.at in POINTS:
             points[channel.stored] = trajectory.at_points(channel, frame)
+        else:
+            own[channel.stored] = channel.at, trajectory.fields[channel.name][frame]
     points["node_id"] = trajectory.node_ids
-    ids = trajectory.network.springs.ids[cells.springs]
-    return net_shape(trajectory.path.name, trajectory.times[frame], cells, points, own, ids)
+    return net_shape(trajectory.path.name, trajectory.times[frame], drawing, points, own)
 
 
 def surface_shape(series: SurfaceSeries, frame: int) -> ExportedShape:
     """Return a smooth surface in one frame; IndexError if there is no such frame."""
-    none = np.zeros((0, 1), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
-    title = f"surface of {series.name}"
-    place, triangles = series.position(frame), series.triangles(frame)
-    return ExportedShape(title, series.times[frame], place, *none, triangles, {}, {})
+    triangles = series.triangles(frame)
+    return ExportedShape(
+        f"surface of {series.name}", series.times[frame], series.position(frame),
+        CellGrid.of_triangles(triangles), triangles, {}, {},
+    )  # fmt: skip
 
 
 def export_surface(series: SurfaceSeries, path: Path) -> None:

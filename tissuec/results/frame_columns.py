@@ -5,7 +5,7 @@ any other.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, TypeAlias, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from tissuec.results.access import Dataset, attribute, damaged
 from tissuec.results.datasets import DatasetSpec
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.finite import all_numbers
-from tissuec.results.mesh import Cells, RecordedMesh
+from tissuec.results.mesh import RecordedMesh
 from tissuec.results.recording import Recording
 from tissuec.results.schema import CELLS, FRAMES, SIDES, STEPS
 
@@ -76,20 +76,15 @@ class FrameColumns:
 
     @property
     def cells(self) -> int:
-        """Return how many lines and triangles frames can show."""
-        return len(self.mesh.springs) + len(self.mesh.triangles)
+        """Return how many lines, triangles and elements frames can show."""
+        mesh = self.mesh
+        return int(mesh.are_lines.sum()) + int(mesh.are_faces.sum()) + len(mesh.solids)
 
     def places(self, at: Place) -> NDArray[np.integer]:
         """Return the network numbers of what is recorded, shape (place,)."""
-        match at:
-            case "node":
-                return self.mesh.nodes
-            case "spring":
-                return self.mesh.springs
-            case "triangle":
-                return self.mesh.faces
-            case "cell":
-                return np.arange(0 if self._volumes is None else self._volumes.total)
+        if at == "cell":
+            return np.arange(0 if self._volumes is None else self._volumes.total)
+        return self.mesh.numbers(at)
 
     def rows(self) -> Iterator[tuple[DatasetSpec, int]]:
         """Yield the columns with about as many rows as each frame has."""
@@ -129,7 +124,7 @@ def side_of(channel: FieldChannel) -> DatasetSpec:
 
 
 def steps_of(group: Mapping[str, DatasetSpec]) -> dict[str, DatasetSpec]:
-    """Return the columns of a group of PolyData that say where each frame begins."""
+    """Return the columns of a grid that say where each frame begins."""
     return {name: group[f"Steps/{name}"] for name in STEPS}
 
 
@@ -209,18 +204,33 @@ class Frames(OverFrames):
         return rows.reshape(high - low, *self.shape[1:])
 
 
-class CellFrames(OverFrames):
-    """Numbers of springs or triangles, shape (frame, item), read when indexed.
+class Drawn(NamedTuple):
+    """What a frame shows of the springs, triangles or elements that have numbers.
 
-    They are not a number (NaN) from the frame on in which a spring or triangle is gone.
+    Attributes:
+        total: How many cells it has.
+        rows: Which of these have the numbers.
+        items: Whose numbers they are, ascending, shape (shown,).
+        silent: What exists without a cell: its numbers are 0, shape (silent,).
+    """
+
+    total: int
+    rows: slice
+    items: Indices
+    silent: Indices
+
+
+class CellFrames(OverFrames):
+    """Numbers of springs, triangles or elements, shape (frame, item, …), read when indexed.
+
+    They are not a number (NaN) from the frame on in which one of these is gone.
 
     Args:
         dataset: The numbers of all cells of each frame, one frame after the other.
         first: Where those of each frame begin, shape (frame,).
         parts: The topology of each frame, ascending, shape (frame,).
-        items: How many springs or triangles are recorded.
-        cells: Gives what a frame draws.
-        drawn: From that to the rows of the cells, and which of the items these are.
+        items: How many springs, triangles or elements are recorded, and the shape of a row.
+        drawn: Gives what a frame shows.
     """
 
     def __init__(
@@ -228,39 +238,43 @@ class CellFrames(OverFrames):
         dataset: Dataset,
         first: Indices,
         parts: Indices,
-        items: int,
-        cells: Callable[[int], Cells],
-        drawn: Callable[[Cells], tuple[slice, Indices]],
+        items: tuple[int, ...],
+        drawn: Callable[[int], Drawn],
     ):
         unit = attribute(dataset, "unit", str)
-        super().__init__((len(first), items), dataset.dtype, unit)
-        self._dataset, self._cells, self._drawn = dataset, cells, drawn
+        super().__init__((len(first), *items), dataset.dtype, unit)
+        self._dataset, self._drawn = dataset, drawn
         self._first, self._parts = first, parts
 
     def shown(self, frame: int) -> tuple[Numbers, Indices]:
-        """Return the numbers of what a frame shows, and whose they are, shape (shown,) each.
+        """Return the numbers of what exists in a frame, and whose they are, shape (shown, …).
 
         Args:
             frame: Its number, which may count from the end.
         """
-        rows, items = self._drawn(self._cells(frame))
-        first = int(self._first[frame])
-        return self._dataset.finite(first + rows.start, first + rows.stop), items
+        drawn, first = self._drawn(frame), int(self._first[frame])
+        numbers = self._dataset.finite(first + drawn.rows.start, first + drawn.rows.stop)
+        if not len(drawn.silent):
+            return numbers, drawn.items
+        items = np.concatenate([drawn.items, drawn.silent])
+        none = np.zeros((len(drawn.silent), *self.shape[2:]), dtype=self.dtype)
+        order = np.argsort(items)
+        return np.concatenate([numbers, none])[order], items[order]
 
     def _read(self, low: int, high: int) -> Numbers:
-        found = np.full((high - low, self.shape[1]), np.nan, dtype=self.dtype)
+        found = np.full((high - low, *self.shape[1:]), np.nan, dtype=self.dtype)
         while low < high:
             # As many frames as have the same cells; their numbers are contiguous.
             stop = min(
                 high, int(np.searchsorted(self._parts, int(self._parts[low]), side="right"))
             )
-            cells, start = self._cells(low), int(self._first[low])
-            rows = self._dataset[start : start + (stop - low) * cells.total]
-            own, there = self._drawn(cells)
+            drawn, start = self._drawn(low), int(self._first[low])
+            rows = self._dataset[start : start + (stop - low) * drawn.total]
             place = slice(len(found) - (high - low), len(found) - (high - stop))
-            numbers = rows.reshape(stop - low, cells.total)[:, own]
+            numbers = rows.reshape(stop - low, drawn.total, *self.shape[2:])[:, drawn.rows]
             if not all_numbers(numbers):
                 damaged(self._dataset.file, f'"{self._dataset.path}" is incomplete')
-            found[place, there] = numbers
+            found[place, drawn.items] = numbers
+            found[place, drawn.silent] = 0.0
             low = stop
         return found

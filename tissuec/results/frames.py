@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Network
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
+from tissuec.results.alive import read_alive, row_bytes
 from tissuec.results.datasets import DatasetSpec
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.finite import check_finite, check_shape, check_times
@@ -25,8 +26,8 @@ from tissuec.results.frame_columns import (
     Frames,
     side_of,
 )
-from tissuec.results.mesh import Cells
-from tissuec.results.polydata import PolyDataFrames
+from tissuec.results.grid_frames import GridFrames
+from tissuec.results.mesh import DrawnMesh
 from tissuec.results.recording import EventSide, Recording
 from tissuec.results.schema import SIDES
 from tissuec.results.store import ColumnTable, Store
@@ -42,7 +43,7 @@ class FrameRecorder:
     """
 
     def __init__(
-        self, network: Network, recording: Recording, file: PolyDataFrames, tools: ToolTable
+        self, network: Network, recording: Recording, file: GridFrames, tools: ToolTable
     ):
         mesh = file.mesh
         self._network, self._tools = network, tools
@@ -51,14 +52,14 @@ class FrameRecorder:
             "spring": network.spring_count,
             "triangle": len(network.skin),
             "cell": 0 if recording.cells is None else recording.cells.total,
+            "element": len(mesh.all_solids),
         }
         self._mesh = mesh
         self._file = file
-        self._cells = file.parts.drawn
+        self._shows: DrawnMesh | None = file.parts.drawn
         # All of them need no look-up.
         whole = len(mesh.nodes) == network.node_count
         self._nodes = slice(None) if whole else mesh.nodes
-        self._drawn: tuple[Cells, Indices] | None = None  # numbers of the triangles
         self._last_time = file.last_time()
         self.alive: NDArray[np.bool_] | None = None
         self.waiting = 0
@@ -81,9 +82,9 @@ class FrameRecorder:
         alive = np.array(alive, dtype=bool)
         check_shape(alive, (self._network.spring_count,), "alive")
         self.alive = alive
-        self._cells = self._mesh.cells(alive)
+        self._shows = DrawnMesh(self._mesh, self._mesh.cells(alive), alive)
         if not self._file.parts.count:  # a file without any frame opens in viewers, too
-            self._file.parts.draw(self._cells)
+            self._file.parts.draw(self._shows)
 
     def append(self, time: ArrayLike, numbers: Mapping[str, ArrayLike]) -> None:
         """Add frames, all or none of them; see `ResultWriter.frames`.
@@ -98,13 +99,13 @@ class FrameRecorder:
         """
         if not len(self._mesh.nodes):
             return
-        if self.alive is None or self._cells is None:
+        if self.alive is None or self._shows is None:
             raise ValueError("state the topology before the first frame")
         times = check_times(time, after=self._last_time)
         found = {one: self._shown(one, numbers, times) for one in self._file.columns.channels}
         shapes = self._tools.checked(np.asarray(numbers[POSITION.name]), times)
         if len(times):
-            self._file.append(self._cells, times, found)
+            self._file.append(self._shows, times, found)
             self._tools.append(shapes)
             self._last_time = float(times[-1])
             self.waiting += len(times)
@@ -136,16 +137,11 @@ class FrameRecorder:
         return found
 
     def _numbers(self, at: Place) -> NDArray[np.integer]:
-        """Return the network numbers of the springs, triangles or cells that frames show."""
-        assert self._cells is not None
-        if at == "spring":
-            return self._cells.springs
+        """Return the network numbers of what frames show, other than nodes."""
+        assert self._shows is not None
         if at == "cell":
             return np.arange(self._sizes["cell"])
-        if self._drawn is None or self._drawn[0] is not self._cells:
-            places = self._mesh.drawn_triangles(self._cells)
-            self._drawn = self._cells, self._mesh.faces[places]
-        return self._drawn[1]
+        return self._mesh.numbers(at)[self._shows.grid.items[at]]
 
 
 MOST_EVENTS = 64
@@ -214,16 +210,18 @@ class SideTable:
         return numbers.reshape(-1, *channel.row)
 
     def _there(self, channel: FieldChannel, side: EventSide) -> Floats:
-        """Return the numbers of a channel, 0 of springs and triangles that are gone."""
+        """Return the numbers of a channel, 0 of what is gone."""
         if channel in MOTION:
             return getattr(side, channel.name)
         data = side.fields[channel.name]
         if channel.at == "spring":
             return np.where(side.alive, data, 0.0)
-        if channel.at != "triangle":
+        if channel.at not in ("triangle", "element"):
             return data
         found, mesh = np.zeros_like(data), self._frames.mesh
-        drawn = mesh.faces[mesh.drawn_triangles(mesh.cells(side.alive))]
+        cells = mesh.cells(side.alive)
+        items = cells.faces if channel.at == "triangle" else cells.elements
+        drawn = mesh.numbers(channel.at)[items]
         found[drawn] = data[drawn]
         return found
 
@@ -238,7 +236,7 @@ class SideColumns:
     def __init__(self, network: Network, frames: FrameColumns):
         tools = np.arange(network.body_nodes, network.shown_nodes)
         self._nodes = np.concatenate([frames.places("node"), tools])
-        self._frames, self._bytes = frames, network.spring_count // 8 + 1
+        self._frames, self._bytes = frames, row_bytes(network)
         self.datasets = {
             "time": SIDES["time"],
             "alive": SIDES["alive"].of(chunk=_rows_of_a_chunk(self._bytes)),
@@ -310,10 +308,4 @@ class Sides:
 
     def alive(self, side: int) -> NDArray[np.bool_]:
         """Return which springs of the network exist, shape (spring,)."""
-        count = self._network.spring_count
-        size = -(-count // 8)
-        dataset = access.dataset(self._file, SIDES["alive"].path)
-        rows = dataset[side * size : (side + 1) * size]
-        if len(rows) < size:
-            access.damaged(self._file.file, f'"{dataset.path}" is incomplete')
-        return np.unpackbits(rows, count=count).astype(bool)
+        return read_alive(self._file, SIDES["alive"], side, self._network)

@@ -23,8 +23,9 @@ from tissuec.results.places import (
     make_folder,
     partial_path,
 )
+from tissuec.results.schema import MANIFEST
 
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 VIEW = "tissuec_view"
 """Marks files that show a surface of a result, with the name of the surface."""
 BLOCKS = "tissuec_blocks"
@@ -202,9 +203,11 @@ def _check_mark(file: h5py.File, path: Path) -> None:
         raise ForeignFileError(f'"{path}" is an HDF5 file, but not a result of tissuec')
     version = int(cast(int, file["tissuec"].attrs[_MARK]))
     if version != LAYOUT_VERSION:
+        writer = access.ResultGroup(file, str(path), {})
+        by = access.attribute_or(access.dataset(writer, MANIFEST.path), "tissuec", "unknown")
         raise ResultError(
-            f'"{path}" has layout {version}, but this version of tissuec reads layout '
-            f"{LAYOUT_VERSION}; "
+            f'"{path}" has layout {version} (of tissuec {by}), but this version of tissuec '
+            f"reads layout {LAYOUT_VERSION}; "
             "read it with the version that wrote it, or run the scene again"
         )
 

@@ -1,51 +1,140 @@
-"""The drawn part of the network in a frame: lines, triangles, and single nodes as vertices."""
+"""The drawn part of the network in a frame, and the cells by which VTK shows it.
 
-from typing import NamedTuple
+Springs are lines, triangles of walls and of skins are triangles, and nodes without anything are
+vertices. A body of solid elements that frames contain as a whole is shown by its elements, in
+place of their edges and of its skin: slices are filled, and integrals are those of the volume.
+"""
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import NamedTuple, Self
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.geometry.edge_supports import SupportedEdges
-from tissuec.model.network import Indices, Network
+from tissuec.geometry.edge_supports import SupportedTriangles
+from tissuec.model.network import Indices, Network, numbers_in
+from tissuec.results.element_cells import (
+    LINE,
+    TRIANGLE,
+    VERTEX,
+    ElementCells,
+    ElementSupports,
+    ends_of,
+)
+from tissuec.results.fields import Place
+from tissuec.results.recording import Recording
 
 
 class Cells(NamedTuple):
-    """The cells of one topology; nodes are numbered as in the frames.
+    """What exists at a time; nodes are numbered as in the frames.
 
     Attributes:
         vertices: Nodes that nothing below touches, shape (vertex, 1).
         lines: Ends of the springs that are alive, shape (line, 2).
         triangles: Skin that is whole, shape (triangle, 3).
         springs: Network number of the spring of each line, shape (line,).
+        faces: Place of each triangle among those of the mesh, shape (triangle,).
+        elements: Places of the elements that exist among those of the mesh, shape (element,).
     """
 
     vertices: Indices
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
     springs: NDArray[np.integer]
-
-    @property
-    def total(self) -> int:
-        """Return how many cells there are."""
-        return len(self.vertices) + len(self.lines) + len(self.triangles)
-
-    @property
-    def triangle_rows(self) -> slice:
-        """Return where the triangles stand among the cells: last."""
-        return slice(self.line_rows.stop, self.total)
-
-    @property
-    def line_rows(self) -> slice:
-        """Return where the lines stand among the cells: behind the vertices."""
-        return slice(len(self.vertices), len(self.vertices) + len(self.lines))
+    faces: Indices
+    elements: Indices
 
     def same_as(self, other: "Cells | None") -> bool:
         """Return whether both draw the same."""
         return other is self or (other is not None and all(map(np.array_equal, self, other)))
 
 
-class RecordedMesh(Struct, frozen=True, eq=False):
+class CellGrid(Struct, frozen=True, eq=False):
+    """Cells of VTK: vertices, lines, triangles, and solid elements behind one another.
+
+    Attributes:
+        types: VTK's number of the type of each, shape (cell,).
+        points: Of all cells one after another, shape (row,).
+        ends: Where each begins in ``points``, and the end of the last, shape (cell + 1,).
+        rows: Where springs, triangles and elements stand among the cells.
+        items: Places of these among those of the mesh.
+    """
+
+    types: NDArray[np.uint8]
+    points: NDArray[np.integer]
+    ends: Indices
+    rows: Mapping[Place, slice]
+    items: Mapping[Place, Indices]
+
+    @classmethod
+    def of(
+        cls,
+        vertices: NDArray[np.integer],
+        lines: NDArray[np.integer],
+        triangles: NDArray[np.integer],
+        solids: ElementCells | None = None,
+        items: Mapping[Place, Indices] | None = None,
+    ) -> Self:
+        """Return cells as VTK has them.
+
+        Args:
+            vertices, lines, triangles: Points, shapes (cell, 1), (cell, 2) and (cell, 3).
+            solids: Elements with numbers of points.
+            items: As for the class.
+        """
+        solids = ElementCells.none() if solids is None else solids
+        tables = {VERTEX: vertices, LINE: lines, TRIANGLE: triangles}
+        types = [np.full(len(t), kind, dtype=np.uint8) for kind, t in tables.items()]
+        sizes = [np.full(len(t), t.shape[1]) for t in tables.values()]
+        points = [*(t.reshape(-1) for t in tables.values()), solids.nodes]
+        stops = np.cumsum([len(vertices), len(lines), len(triangles), len(solids)]).tolist()
+        places: tuple[Place, ...] = ("spring", "triangle", "element")
+        rows = {at: slice(*stops[n : n + 2]) for n, at in enumerate(places)}
+        return cls(
+            np.concatenate([*types, solids.types]),
+            np.concatenate(points),
+            ends_of(np.concatenate([*sizes, solids.sizes])),
+            rows,
+            {} if items is None else items,
+        )
+
+    @classmethod
+    def of_triangles(cls, triangles: NDArray[np.integer]) -> Self:
+        """Return triangles alone, shape (triangle, 3), as cells."""
+        vertices, lines = (np.zeros((0, width), dtype=np.int64) for width in (1, 2))
+        return cls.of(vertices, lines, triangles)
+
+    def __len__(self) -> int:
+        return len(self.types)
+
+    def of_type(self, kind: int, width: int) -> NDArray[np.integer]:
+        """Return the points of the cells of a type, shape (cell, width)."""
+        first = self.ends[:-1][self.types == kind]
+        return self.points[first[:, None] + np.arange(width)]
+
+
+class DrawnMesh(Struct, frozen=True, eq=False, dict=True):
+    """What frames show while the same exists.
+
+    Attributes:
+        mesh: All that they may show.
+        cells: What exists of it.
+        alive: Springs of the network that exist, shape (spring,).
+    """
+
+    mesh: "RecordedMesh"
+    cells: Cells
+    alive: NDArray[np.bool_]
+
+    @cached_property
+    def grid(self) -> CellGrid:
+        """The same as VTK has it."""
+        return self.mesh.grid(self.cells)
+
+
+class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
     """The part of a network that frames show.
 
     A triangle of the skin vanishes with the first of its edges that tears, or with the element
@@ -53,30 +142,49 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     ``tissuec/geometry/edges.py`` for edges without springs).
 
     Attributes:
+        network: The whole.
         nodes: Network numbers of the nodes shown, shape (node,).
         springs: Network numbers of the springs shown, shape (spring,).
         lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
         faces: Numbers of these triangles in the skin of the network, shape (triangle,).
-        edges: Supports of the edges of each triangle, shape (triangle, 3).
+        solids: The solid elements of bodies that are shown as a whole, as rows of ``nodes``.
+        elements: Their numbers among all solid elements, shape (element,).
+        all_solids: All of these, with the nodes of the network.
+        with_skin: Whether VTK shows the skins of solid elements, too, as their triangles have
+            numbers.
     """
 
+    network: Network
     nodes: NDArray[np.integer]
     springs: NDArray[np.integer]
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
     faces: Indices
-    edges: SupportedEdges
+    solids: ElementCells
+    elements: Indices
+    all_solids: ElementCells
+    with_skin: bool = False
 
     @classmethod
     def of(
-        cls, network: Network, nodes: NDArray[np.integer], springs: NDArray[np.integer]
+        cls,
+        network: Network,
+        nodes: NDArray[np.integer],
+        springs: NDArray[np.integer],
+        solids: ElementCells | None = None,
+        *,
+        with_skin: bool = False,
     ) -> "RecordedMesh":
         """Return the part of a network with some nodes and springs.
 
         Args:
+            network: The whole.
             nodes: Ascending indices, shape (node,).
             springs: Ascending indices, shape (spring,).
+            solids: All solid elements of a network that was read from a file, which has none
+                of its own.
+            with_skin: As for the class.
 
         Raises:
             ValueError: Numbers do not ascend within the network, or a spring ends elsewhere.
@@ -93,32 +201,88 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         if (lines < 0).any():
             spring = springs[(lines < 0).any(axis=1)][0]
             raise ValueError(f"spring {spring} is recorded, but not both of its ends are")
-        shown = (row[network.skin] >= 0).all(axis=1)
-        skin = network.skin[shown].reshape(-1, 3)
-        sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
-        marks = None if network.skin_marks is None else network.skin_marks[shown]
-        edges = SupportedEdges.of(network.springs.ends, sides, marks)
-        return cls(nodes, springs, lines, row[skin], np.flatnonzero(shown), edges)
+        shown = np.flatnonzero((row[network.skin] >= 0).all(axis=1))
+        triangles = row[network.skin[shown].reshape(-1, 3)]
+        solids = ElementCells.of(network) if solids is None else solids
+        bodies = np.array([body.nodes.stop for body in network.bodies])
+        hidden = np.zeros(len(bodies) + 1, dtype=bool)
+        hidden[np.searchsorted(bodies, np.flatnonzero(row < 0), side="right")] = True
+        elements = np.flatnonzero(~hidden[np.searchsorted(bodies, solids.firsts, side="right")])
+        own = solids.some(elements)
+        own = ElementCells(own.types, row[own.nodes], own.marks)
+        return cls(
+            network, nodes, springs, lines, triangles, shown, own, elements, solids, with_skin
+        )
+
+    @cached_property
+    def _is_solid(self) -> NDArray[np.bool_]:
+        """Which nodes belong to bodies that are shown by their elements, shape (node,)."""
+        found = np.zeros(len(self.nodes), dtype=bool)
+        found[self.solids.nodes] = True
+        return found
+
+    @cached_property
+    def are_lines(self) -> NDArray[np.bool_]:
+        """Which springs VTK shows as lines: no edges of solid elements, shape (spring,)."""
+        edges = self.network.edges[self.springs]
+        return ~edges | ~self._is_solid[self.lines].all(axis=1)
+
+    @cached_property
+    def are_faces(self) -> NDArray[np.bool_]:
+        """Which triangles VTK shows: none of the skins of solid elements, shape (triangle,)."""
+        if self.with_skin:
+            return np.ones(len(self.triangles), dtype=bool)
+        return ~self._is_solid[self.triangles].all(axis=1)
+
+    @cached_property
+    def _skin(self) -> SupportedTriangles:
+        skin, marks = self.network.skin[self.faces], self.network.skin_marks
+        own = None if marks is None else marks[self.faces]
+        return SupportedTriangles(self.network.springs.ends, skin.astype(np.int64), own)
+
+    @cached_property
+    def _supports(self) -> ElementSupports:
+        return ElementSupports.of(self.all_solids.some(self.elements), self.network)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return the cells drawn while the springs ``alive``, shape (spring,), exist."""
         shown = alive[self.springs]
         everything = slice(None) if shown.all() else shown  # which copies nothing
         lines, springs = self.lines[everything], self.springs[everything]
-        triangles = self.triangles[self.edges.holding(alive).all(axis=1)]
+        faces = np.flatnonzero(self._skin.whole(alive))
+        triangles, elements = self.triangles[faces], np.arange(len(self.solids))
+        if len(elements) and not alive.all():
+            elements = np.flatnonzero(self._supports.whole(alive))
         lonely = np.ones(len(self.nodes), dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False
-        return Cells(np.flatnonzero(lonely)[:, None], lines, triangles, springs)
+        lonely[self.solids.some(elements).nodes] = False
+        vertices = np.flatnonzero(lonely)[:, None]
+        return Cells(vertices, lines, triangles, springs, faces, elements)
 
-    def drawn_triangles(self, cells: Cells) -> Indices:
-        """Return the places among ``triangles`` of those that cells draw, shape (drawn,)."""
-        powers = len(self.nodes) ** np.arange(3)
-        known, drawn = (
-            one.astype(np.int64) @ powers for one in (self.triangles, cells.triangles)
+    def grid(self, cells: Cells) -> CellGrid:
+        """Return the cells by which VTK shows others."""
+        places = np.searchsorted(self.springs, cells.springs)
+        springs, faces = self.are_lines[places], self.are_faces[cells.faces]
+        return CellGrid.of(
+            cells.vertices,
+            cells.lines[springs],
+            cells.triangles[faces],
+            self.solids.some(cells.elements),
+            {
+                "spring": places[springs],
+                "triangle": cells.faces[faces],
+                "element": cells.elements,
+            },
         )
-        order = np.argsort(known)
-        return order[np.searchsorted(known, drawn, sorter=order)]
+
+    def numbers(self, at: Place) -> NDArray[np.integer]:
+        """Return network numbers of what is recorded, shape (item,)."""
+        of_place: Mapping[Place, NDArray[np.integer]] = {
+            "node": self.nodes, "spring": self.springs, "triangle": self.faces,
+            "element": self.elements,
+        }  # fmt: skip
+        return of_place[at]
 
 
 def _ascending(numbers: NDArray[np.integer], count: int, what: str) -> NDArray[np.integer]:
@@ -127,3 +291,20 @@ def _ascending(numbers: NDArray[np.integer], count: int, what: str) -> NDArray[n
     if not inside or (numbers[1:] <= numbers[:-1]).any():
         raise ValueError(f"{what} numbers must ascend and be less than {count}")
     return numbers
+
+
+def mesh_of(
+    network: Network, recording: Recording, solids: ElementCells | None = None
+) -> RecordedMesh:
+    """Return what the frames of a recording show of a network; see ``RecordedMesh.of``."""
+    with_skin = any(channel.at == "triangle" for channel in recording.fields)
+    return RecordedMesh.of(
+        network, recording.nodes, recording.springs, solids, with_skin=with_skin
+    )
+
+
+def everything(network: Network) -> RecordedMesh:
+    """Return all that frames could show of a compiled network."""
+    nodes = numbers_in(slice(0, network.body_nodes))
+    ends = network.springs.ends[: network.first_mark]
+    return RecordedMesh.of(network, nodes, np.flatnonzero((ends < len(nodes)).all(axis=1)))

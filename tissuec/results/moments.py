@@ -144,7 +144,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
             there = np.flatnonzero(trajectory.sides.alive(side)[trajectory.springs])
         elif channel.at == "triangle":
             mesh = trajectory.mesh
-            there = mesh.drawn_triangles(mesh.cells(trajectory.sides.alive(side)))
+            there = mesh.cells(trajectory.sides.alive(side)).faces
         return every[there], there
 
     @cached_property

@@ -7,11 +7,9 @@ size the bytes of rows, and the manual its tables.
 from collections.abc import Mapping
 from typing import Any
 
-from tissuec.core.structs import replace
 from tissuec.results.datasets import CHUNK, FEW, FLOAT, TEXT, DatasetSpec, GroupSpec
 
 ROOT = "/VTKHDF"
-KINDS = ("Vertices", "Lines", "Polygons", "Strips")  # of cells
 _TURN = "just before and just after each event, in turn"
 _ENDS = "and the one after the last"
 
@@ -100,6 +98,19 @@ NETWORK = GroupSpec(
         "spring_ids": _integers("spring", "id of each spring, as the scene numbers them"),
     },
     packed="large",
+)
+SOLIDS = GroupSpec(
+    "/tissuec/network/solids",
+    "solid elements, body after body",
+    {
+        "types": _array(
+            "element", "VTK's number of the shape of each solid element", kind="u1"
+        ),
+        "nodes": _array("row", "nodes of each, one after another", kind="i4"),
+        "marks": _array("element", "the spring that represents each, or -1", kind="i4"),
+    },
+    packed="large",
+    when="scenes with solid elements",
 )
 HIDDEN = GroupSpec(
     "/tissuec/network/hidden",
@@ -311,20 +322,27 @@ COMPANION = _log(
 # --- frames ---------------------------------------------------------------------------------
 
 
-_FOUR = "of each frame: vertices, lines, polygons, strips"
 STEPS = {
     "Values": _array("frame", "time of each frame", "s"),
-    "PartOffsets": _integers("frame", "PartOffsets of each frame"),
-    "NumberOfParts": _integers("frame", "NumberOfParts of each frame"),
-    "PointOffsets": _integers("frame", "PointOffsets of each frame"),
-    "CellOffsets": _integers("frame 4", f"CellOffsets {_FOUR}"),
-    "ConnectivityIdOffsets": _integers("frame 4", f"ConnectivityIdOffsets {_FOUR}"),
+    "PartOffsets": _integers("frame", "part of each frame"),
+    "NumberOfParts": _integers("frame", "parts of each frame: one"),
+    "PointOffsets": _integers("frame", "first point of each frame"),
+    "CellOffsets": _integers("frame", "first cell of each frame"),
+    "ConnectivityIdOffsets": _integers("frame", "first row of Connectivity of each frame"),
 }
 
 
 CELL_TABLE = {
+    "NumberOfPoints": _integers("part", "points of each part", chunk=FEW),
     "NumberOfCells": _integers("part", "cells of each part", chunk=FEW),
     "NumberOfConnectivityIds": _integers("part", "point numbers of each part", chunk=FEW),
+    "Types": _array(
+        "cell",
+        "VTK's number of the type of each cell: 1 vertex, 3 line, 5 triangle, 12 hexahedron, "
+        "13 wedge, 24 tetrahedron with ten nodes, 29 hexahedron with 27 nodes",
+        kind="u1",
+        packed="large",
+    ),
     "Offsets": _integers(
         "cell",
         "where each cell begins in Connectivity; one entry more than cells",
@@ -334,16 +352,10 @@ CELL_TABLE = {
 }
 
 
-def _polydata(
-    path: str, about: str, more: Mapping[str, DatasetSpec], when: str = ""
-) -> GroupSpec:
-    """Return a group of PolyData with steps: one part for each set of cells."""
-    datasets = {"NumberOfPoints": _integers("part", "points of each part", chunk=FEW)}
-    for kind in KINDS:
-        for name, one in CELL_TABLE.items():
-            datasets[f"{kind}/{name}"] = replace(one, text=f"{one.text} ({kind})")
-    datasets |= {f"Steps/{name}": one for name, one in STEPS.items()}
-    return GroupSpec(path, about, {**datasets, **more}, when=when, chunk=CHUNK)
+def _grid(path: str, about: str, more: Mapping[str, DatasetSpec], when: str = "") -> GroupSpec:
+    """Return a group of an unstructured grid with steps: one part for each set of cells."""
+    steps = {f"Steps/{name}": one for name, one in STEPS.items()}
+    return GroupSpec(path, about, {**CELL_TABLE, **steps, **more}, when=when, chunk=CHUNK)
 
 
 def _numbers(axes: str, text: str, unit: str = "{unit}", chunk: int = CHUNK) -> DatasetSpec:
@@ -351,10 +363,11 @@ def _numbers(axes: str, text: str, unit: str = "{unit}", chunk: int = CHUNK) -> 
     return _array(axes, text, unit, FLOAT, chunk=chunk, in_parts=True)
 
 
-FRAMES = _polydata(
+FRAMES = _grid(
     ROOT,
-    "frames as VTK PolyData with steps. Frames are concatenated: `Points` has frames × nodes "
-    "rows. Topologies are written once each, as parts",
+    "frames as a VTK UnstructuredGrid with steps: springs as lines, triangles of walls and of "
+    "skins, and solid elements as volume cells, in this order behind single nodes. Frames are "
+    "concatenated: `Points` has frames × nodes rows. Topologies are written once, as parts",
     {
         "CellData/spring_id": _integers(
             "cell", "id of each line's spring; -1 at other cells", packed="large"
@@ -371,17 +384,20 @@ FRAMES = _polydata(
         ),
     },
 )
-LINES = GroupSpec(
-    "/tissuec/lines",
-    "the springs of the lines of frames",
+PARTS = GroupSpec(
+    "/tissuec/parts",
+    "what exists in each part of the frames",
     {
-        "spring": _integers(
-            "line", "network number of each line's spring", packed="large", in_parts=True
+        "alive": _array(
+            "byte",
+            "which springs of the network exist in each part, eight in a byte, part after part",
+            kind="u1",
+            in_parts=True,
         )
     },
     chunk=CHUNK,
 )
-SURFACES = _polydata(
+SURFACES = _grid(
     "/tissuec/surfaces/{body}",
     "a smooth surface, in the layout of `/VTKHDF`. Each tear starts a new part, which has "
     "other triangles and can have fewer points. `Steps/PointOffsets` is the first point of a "
@@ -449,8 +465,9 @@ PARTICLES = GroupSpec(
     },
 )
 GROUPS = (
-    FRAMES, LINES, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES, ERRORS,
-    COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, HIDDEN, LAWS, BODIES, JOINTS,
-    TOOLS, INELASTIC, MARKS, ORIGINS, ORIGINS_OF, SETS, REGIONS, CHECKPOINT, SUMS,
+    FRAMES, PARTS, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES, ERRORS,
+    COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, SOLIDS, HIDDEN, LAWS,
+    BODIES, JOINTS, TOOLS, INELASTIC, MARKS, ORIGINS, ORIGINS_OF, SETS, REGIONS, CHECKPOINT,
+    SUMS,
 )  # fmt: skip
 """All groups, in the order of the manual."""

@@ -1,4 +1,4 @@
-"""Points, lines and triangles of one moment, written for other programs."""
+"""Points and cells of one moment, written for other programs."""
 
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,9 +11,10 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.files import write_file
-from tissuec.model.network import Indices
 from tissuec.results import ResultError
-from tissuec.results.mesh import Cells
+from tissuec.results.element_cells import LINE, VERTEX
+from tissuec.results.fields import Place
+from tissuec.results.mesh import CellGrid, DrawnMesh
 
 _VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
@@ -25,15 +26,15 @@ class ExportedShape(Struct, frozen=True, eq=False):
         title: Where it comes from.
         time: [s].
         points: Positions [m], shape (point, 3).
-        vertices, lines, triangles: Cells as points, of 1, 2 and 3 columns.
-        point_data, cell_data: Numbers at points and at the cells, in that order, by name.
+        grid: What VTK shows of it.
+        triangles: Its skin, also that of solid elements, shape (triangle, 3).
+        point_data, cell_data: Numbers at points and at the cells of the grid by name.
     """
 
     title: str
     time: float
     points: NDArray[Any]
-    vertices: Indices
-    lines: NDArray[np.integer]
+    grid: CellGrid
     triangles: NDArray[np.integer]
     point_data: Mapping[str, NDArray[Any]]
     cell_data: Mapping[str, NDArray[Any]]
@@ -42,51 +43,54 @@ class ExportedShape(Struct, frozen=True, eq=False):
 def net_shape(
     title: str,
     time: float,
-    cells: Cells,
+    drawing: DrawnMesh,
     points: Mapping[str, NDArray[Any]],
-    own: Mapping[str, tuple[slice, NDArray[Any]]],
-    spring_ids: Indices,
+    own: Mapping[str, tuple[Place, NDArray[Any]]],
 ) -> ExportedShape:
     """Return a net as a shape.
 
     Args:
         title: Where it comes from.
         time: [s].
-        cells: What is drawn.
+        drawing: What is drawn.
         points: "position" [m], shape (node, 3), and what else there is at the nodes.
-        own: Which rows of the cells have numbers, and these; 0 elsewhere.
-        spring_ids: Of these springs, shape (line,).
+        own: What has numbers, and these, of all that the mesh has; 0 at other cells.
     """
+    grid, mesh = drawing.grid, drawing.mesh
     numbers: dict[str, NDArray[Any]] = {}
-    for name, (rows, values) in own.items():
-        numbers[name] = np.zeros(cells.total, dtype=values.dtype)
-        numbers[name][rows] = values
-    identities = np.full(cells.total, -1, dtype=np.int64)
-    identities[cells.line_rows] = spring_ids
+    for name, (at, values) in own.items():
+        numbers[name] = np.zeros((len(grid), *values.shape[1:]), dtype=values.dtype)
+        numbers[name][grid.rows[at]] = values[grid.items[at]]
+    identities = np.full(len(grid), -1, dtype=np.int64)
+    ids = mesh.network.springs.ids[mesh.springs]
+    identities[grid.rows["spring"]] = ids[grid.items["spring"]]
     others = {name: values for name, values in points.items() if name != "position"}
     return ExportedShape(
-        title, time, points["position"], cells.vertices, cells.lines, cells.triangles,
-        others, {**numbers, "spring_id": identities},
+        title, time, points["position"], grid, drawing.cells.triangles, others,
+        {**numbers, "spring_id": identities},
     )  # fmt: skip
 
 
-def write_vtu(shape: ExportedShape, path: Path) -> None:
-    """Write a VTK unstructured grid (XML); ResultError if the file cannot be written."""
-    tables = {1: shape.vertices, 3: shape.lines, 5: shape.triangles}  # VTK's numbers of kinds
-    sizes = np.concatenate(
-        [np.full(len(t), t.shape[1], dtype=np.int64) for t in tables.values()]
-    )
-    kinds = np.concatenate(
-        [np.full(len(t), kind, dtype=np.uint8) for kind, t in tables.items()]
-    )
+def write_vtu(
+    shape: ExportedShape, path: Path, texts: Mapping[str, Sequence[str]] | None = None
+) -> None:
+    """Write a VTK unstructured grid (XML); ResultError if the file cannot be written.
+
+    Args:
+        shape: What is written.
+        path: The file.
+        texts: Texts that belong to all of it, by name.
+    """
+    grid, texts = shape.grid, texts or {}
     topology = {
-        "connectivity": np.concatenate([t.reshape(-1) for t in tables.values()]),
-        "offsets": np.cumsum(sizes),
-        "types": kinds,
+        "connectivity": grid.points.astype(np.int64),
+        "offsets": grid.ends[1:],
+        "types": grid.types,
     }
+    time = _data_array("TimeValue", np.array([shape.time]), tuples=True)
     body = [
-        _section("FieldData", {"TimeValue": np.array([shape.time])}, tuples=True),
-        f'<Piece NumberOfPoints="{len(shape.points)}" NumberOfCells="{len(sizes)}">\n',
+        f"<FieldData>\n{time}{''.join(map(_text_array, texts, texts.values()))}</FieldData>\n",
+        f'<Piece NumberOfPoints="{len(shape.points)}" NumberOfCells="{len(grid)}">\n',
         _section("Points", {"position": shape.points}),
         _section("Cells", topology),
         _section("PointData", shape.point_data),
@@ -94,30 +98,6 @@ def write_vtu(shape: ExportedShape, path: Path) -> None:
         "</Piece>\n",
     ]
     write_xml(path, "UnstructuredGrid", "".join(body))
-
-
-def write_vtp(shape: ExportedShape, path: Path, texts: Mapping[str, Sequence[str]]) -> None:
-    """Write VTK PolyData (XML); ResultError if the file cannot be written.
-
-    Args:
-        path: The file.
-        texts: Further texts that belong to all of it, by name.
-    """
-    tables = {"Verts": shape.vertices, "Lines": shape.lines, "Polys": shape.triangles}
-    counts = "".join(f' NumberOf{kind}="{len(table)}"' for kind, table in tables.items())
-    time = _data_array("TimeValue", np.array([shape.time]), tuples=True)
-    body = [
-        f"<FieldData>\n{time}{''.join(map(_text_array, texts, texts.values()))}</FieldData>\n",
-        f'<Piece NumberOfPoints="{len(shape.points)}"{counts} NumberOfStrips="0">\n',
-        _section("PointData", shape.point_data),
-        _section("CellData", shape.cell_data),
-        _section("Points", {"position": shape.points}),
-    ]
-    for kind, table in tables.items():
-        ends = (np.arange(len(table)) + 1) * table.shape[1]
-        cells = {"connectivity": table.reshape(-1).astype(np.int64), "offsets": ends}
-        body.append(_section(kind, cells))
-    write_xml(path, "PolyData", "".join([*body, "</Piece>\n"]))
 
 
 def write_xml(path: Path, kind: str, body: str) -> None:
@@ -135,7 +115,8 @@ def write_xml(path: Path, kind: str, body: str) -> None:
 
 def write_obj(shape: ExportedShape, path: Path) -> None:
     """Write Wavefront OBJ (text); ResultError if the file cannot be written."""
-    parts = {"p": shape.vertices, "l": shape.lines, "f": shape.triangles}
+    vertices, lines_of = shape.grid.of_type(VERTEX, 1), shape.grid.of_type(LINE, 2)
+    parts = {"p": vertices, "l": lines_of, "f": shape.triangles}
     lines = [f"# {shape.title}, {float(shape.time)!r} s, in metres\n"]
     lines += [_obj_line("v", row) for row in shape.points.tolist()]
     for letter, table in parts.items():
@@ -158,10 +139,10 @@ def write_ply(shape: ExportedShape, path: Path) -> None:
     faces = np.zeros(len(shape.triangles), dtype=[("count", "u1"), ("points", "<i4", 3)])
     faces["count"], faces["points"] = 3, shape.triangles
     data = shape.points.astype(shape.points.dtype.newbyteorder("<")).tobytes() + faces.tobytes()
-    if len(shape.lines):
-        head += [f"element edge {len(shape.lines)}"]
+    if len(lines := shape.grid.of_type(LINE, 2)):
+        head += [f"element edge {len(lines)}"]
         head += [f"property int {end}" for end in ("vertex1", "vertex2")]
-        data += shape.lines.astype("<i4").tobytes()
+        data += lines.astype("<i4").tobytes()
     _write(path, "\n".join([*head, "end_header\n"]).encode() + data)
 
 
@@ -178,12 +159,12 @@ def _obj_line(letter: str, numbers: Iterable[float]) -> str:
     return " ".join([letter, *map(repr, numbers)]) + "\n"
 
 
-def _section(name: str, arrays: Mapping[str, NDArray[Any]], *, tuples: bool = False) -> str:
-    texts = [_data_array(key, data, tuples=tuples) for key, data in arrays.items()]
+def _section(name: str, arrays: Mapping[str, NDArray[Any]]) -> str:
+    texts = [_data_array(key, data) for key, data in arrays.items()]
     return f"<{name}>\n{''.join(texts)}</{name}>\n"
 
 
-def _data_array(name: str, data: NDArray[Any], *, tuples: bool) -> str:
+def _data_array(name: str, data: NDArray[Any], *, tuples: bool = False) -> str:
     """Return an array as VTK's XML has it: base64 of its length in bytes and its bytes."""
     kind = _VTK_TYPES[data.dtype.name]
     plain = data.astype(data.dtype.newbyteorder("<")).tobytes()

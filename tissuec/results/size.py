@@ -12,18 +12,20 @@ from math import ceil, floor
 from typing import NamedTuple
 
 from tissuec.model.network import Network
+from tissuec.results.alive import row_bytes
 from tissuec.results.datasets import DatasetSpec
 from tissuec.results.frame_columns import FrameColumns
 from tissuec.results.frames import MOST_EVENTS, SideColumns
-from tissuec.results.mesh import RecordedMesh
+from tissuec.results.mesh import mesh_of
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.schema import (
     ERRORS,
-    LINES,
+    FRAMES,
     LOGS,
     NETWORK,
     ORIGINS_OF,
     PARTICLES,
+    PARTS,
     RECORDING,
     TOOL_FRAMES,
 )
@@ -74,8 +76,7 @@ def file_size(
         ("triangle", len(network.skin)),
     ):
         total += count * (_bytes_of(axis) if count < LARGE else PACKED.get(axis, 0))
-    mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
-    columns = FrameColumns(recording, mesh)
+    columns = FrameColumns(recording, mesh_of(network, recording))
     total += sum(_frames(network, columns, moments(duration, output.every), 1 + events.cuts))
     total += sum(_sides(network, columns, min(events.times, MOST_EVENTS)))
     for log, channel in zip(output.logs, recording.logs, strict=True):
@@ -114,7 +115,8 @@ def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) ->
         parts: How many topologies they have.
     """
     mesh = columns.mesh
-    nodes, lines, triangles = len(mesh.nodes), len(mesh.springs), len(mesh.triangles)
+    nodes, cells = len(mesh.nodes), columns.cells
+    lines, triangles = int(mesh.are_lines.sum()), int(mesh.are_faces.sum())
     if not frames or not nodes:
         return
     for dataset, rows in columns.rows():
@@ -124,10 +126,12 @@ def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) ->
     for dataset in (ERRORS["time"], ERRORS["value"]) * 2:  # and those of the companion run
         yield column(frames, dataset)
     yield column(nodes, columns.node_id)
-    if lines < LARGE:
-        cells = lines + triangles
-        for rows in (cells, lines, 2 * lines, lines, 3 * triangles, triangles):
-            yield column(parts * rows, LINES["spring"])
+    yield column(parts * row_bytes(network), PARTS["alive"])
+    if cells < LARGE:
+        points = len(mesh.solids.nodes) + 2 * lines + 3 * triangles
+        for name, rows in (("Connectivity", points), ("Offsets", cells), ("Types", cells)):
+            yield column(parts * rows, FRAMES[name])
+        yield column(parts * cells, FRAMES["CellData/spring_id"])
 
 
 def _sides(network: Network, columns: FrameColumns, events: int) -> Iterator[int]:

@@ -1,4 +1,4 @@
-"""Smooth surfaces in the file, written and read: PolyData with steps, a group for each body.
+"""Smooth surfaces in the file, written and read: a grid with steps for each body.
 
 A group ``/tissuec/surfaces/NAME`` has the layout of ``/VTKHDF``, with as many points as the
 surface has: a torn one has fewer triangles and, at times, fewer points than the whole one.
@@ -21,8 +21,9 @@ from tissuec.results.access import ResultGroup
 from tissuec.results.datasets import DatasetSpec
 from tissuec.results.finite import check_finite, check_shape, check_times
 from tissuec.results.frame_columns import steps_of
+from tissuec.results.grid_frames import CellTables, read_triangles, write_head
 from tissuec.results.hdf5 import copy_to
-from tissuec.results.polydata import CellTables, read_table, write_head
+from tissuec.results.mesh import CellGrid
 from tissuec.results.recording import SurfaceChannel
 from tissuec.results.schema import SURFACES
 from tissuec.results.store import ColumnTable, GrowingDataset, Store, member_name
@@ -67,8 +68,8 @@ class SurfaceTable:
         self._last_time = self._columns.last("Values")
         self._drawn: Indices | None = None
         if self._cells.count:
-            self._drawn = read_triangles(store.content, self.path, -1)
-            self._cells.locate(*_tables(self._drawn))
+            self._drawn = read_triangles(store.content, self.path, self._cells.count - 1)
+            self._cells.locate(CellGrid.of_triangles(self._drawn))
         self._skin: Skin | None = None
         self._map: Refinement | None = None
 
@@ -119,7 +120,12 @@ class SurfaceTable:
         refinement = self._refinement()
         self._draw(refinement)
         points = refinement.at(nodes)
-        steps = self._offsets(*points.shape[:2]) | {"Values": times}
+        frames, size = points.shape[:2]
+        steps = {
+            **self._cells.offsets(frames),
+            "PointOffsets": self._points.rows + size * np.arange(frames),
+            "Values": times,
+        }
         rows: dict[GrowingDataset, ArrayLike] = {
             self._columns[name]: steps[name] for name in steps
         }
@@ -136,28 +142,12 @@ class SurfaceTable:
     def _draw(self, refinement: Refinement) -> None:
         """Begin a part, unless the last one has the same triangles."""
         if self._drawn is None or not np.array_equal(self._drawn, refinement.triangles):
-            self._cells.add(refinement.points, *_tables(refinement.triangles))
+            self._cells.add(refinement.points, CellGrid.of_triangles(refinement.triangles))
             self._drawn = refinement.triangles
-
-    def _offsets(self, frames: int, points: int) -> dict[str, NDArray[Any]]:
-        same = np.zeros(frames, dtype=np.int64)
-        return {
-            "PartOffsets": same + (self._cells.count - 1),
-            "NumberOfParts": same + 1,
-            "PointOffsets": self._points.rows + points * np.arange(frames),
-            "CellOffsets": np.tile(self._cells.first_cells, (frames, 1)),
-            "ConnectivityIdOffsets": np.tile(self._cells.first_ids, (frames, 1)),
-        }
 
     def show(self) -> None:
         """Let readers see the frames, after their rows were handed to HDF5."""
         self._store.label(f"{self.path}/Steps", NSteps=self._columns["Values"].rows)
-
-
-def _tables(triangles: Indices) -> tuple[Indices, Indices, Indices, Indices]:
-    """Return the points of the cells of each of ``KINDS``: there are polygons only."""
-    vertices, lines, strips = (np.zeros((0, width), dtype=np.int64) for width in (1, 2, 3))
-    return vertices, lines, triangles, strips
 
 
 def read_surfaces(file: ResultGroup) -> dict[str, SurfaceChannel]:
@@ -177,19 +167,6 @@ def read_surfaces(file: ResultGroup) -> dict[str, SurfaceChannel]:
 def _entries(group: ResultGroup) -> dict[str, Any]:
     with access.reading(group.file, group.path):
         return dict(json.loads(access.attribute(group, "entries", str)))
-
-
-def read_triangles(file: ResultGroup, path: str, part: int) -> NDArray[Any]:
-    """Return the triangles in a part of a surface.
-
-    They are point indices without a unit, of shape (triangle, 3).
-
-    Args:
-        path: Path of the surface.
-        part: Number of the part; -1 for the last one.
-    """
-    count = len(access.dataset(file, f"{path}/NumberOfPoints"))
-    return read_table(file, path, "Polygons", part % count, 3)
 
 
 class SurfaceSeries:

@@ -18,6 +18,7 @@ from tissuec.results.arrays import (
     read_channels_of_frames,
     read_groups,
     read_network,
+    read_solids,
     read_volume_cells,
 )
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
@@ -27,18 +28,19 @@ from tissuec.results.frame_columns import (
     POSITION,
     VELOCITY,
     CellFrames,
+    Drawn,
     Frames,
     Numbers,
     OverFrames,
     column_of,
 )
 from tissuec.results.frames import Sides
+from tissuec.results.grid_frames import alive_in
 from tissuec.results.kept_open import KeptFile
 from tissuec.results.layout import open_result
 from tissuec.results.manifest import read_manifest, read_origins
-from tissuec.results.mesh import Cells, RecordedMesh
+from tissuec.results.mesh import Cells, DrawnMesh, RecordedMesh
 from tissuec.results.places import temporary_folder
-from tissuec.results.polydata import read_cells
 from tissuec.results.promise import Doubt, Promise, doubts_of
 from tissuec.results.recording import (
     Event,
@@ -91,7 +93,7 @@ class Trajectory:
         through = partial(KeptFile, keeps=folder) if self._is_one_of_many else None
         self._opened = open_result(self.path, through)
         self._steps: dict[str, Indices] = {}
-        self._drawn: tuple[int, Cells] | None = None  # of the part requested last
+        self._drawing: tuple[int, DrawnMesh] | None = None  # of the part requested last
 
     @property
     def _file(self) -> ResultGroup:
@@ -221,10 +223,10 @@ class Trajectory:
     def fields(self) -> dict[str, OverFrames]:
         """Numbers of all fields by name, in their units.
 
-        The shape is (frame, node) or (frame, node, 3), (frame, spring), (frame, triangle) or
-        (frame, cell), as rows of `nodes`, `springs`, `triangles` or the cells of
-        `volume_cells`. They are NaN of springs and triangles from the frame on in which these
-        are gone.
+        The shape is (frame, node) or (frame, node, 3), (frame, spring), (frame, triangle),
+        (frame, cell) or (frame, element, 6), as rows of `nodes`, `springs`, `triangles`, the
+        cells of `volume_cells` or the solid elements of `mesh`. They are NaN of springs,
+        triangles and elements from the frame on in which these are gone.
         """
         return {one.name: self.frames_of(one) for one in self.channels}
 
@@ -241,9 +243,8 @@ class Trajectory:
             access.dataset(self._file, column_of(channel).path),
             access.array(steps, f"CellDataOffsets/{channel.stored}")[:count],
             self.parts,
-            self._places(channel.at),
-            self.cells,
-            self._lines_in if channel.at == "spring" else self._triangles_in,
+            (self._places(channel.at), *channel.row),
+            partial(self._drawn, channel.at),
         )
 
     def at_points(self, channel: FieldChannel, frame: int) -> Numbers:
@@ -255,26 +256,30 @@ class Trajectory:
         """
         return self._at_points(channel)[frame]
 
-    def _lines_in(self, cells: Cells) -> tuple[slice, Indices]:
-        return cells.line_rows, np.searchsorted(self.springs, cells.springs)
-
-    def _triangles_in(self, cells: Cells) -> tuple[slice, Indices]:
-        return cells.triangle_rows, self.mesh.drawn_triangles(cells)
+    def _drawn(self, at: Place, frame: int) -> Drawn:
+        """Return where the numbers of springs, triangles or elements are in a frame."""
+        grid, silent = self.drawing(frame).grid, np.zeros(0, dtype=np.int64)
+        if at == "spring":  # edges of solid elements are no cells
+            there = np.searchsorted(self.springs, self.cells(frame).springs)
+            silent = there[~self.mesh.are_lines[there]]
+        return Drawn(len(grid), grid.rows[at], grid.items[at], silent)
 
     def _places(self, at: Place) -> int:
-        """Return how many nodes, springs, triangles or cells of volumes are recorded."""
+        """Return how many nodes, springs, elements or others are recorded."""
         if at == "cell":
             return 0 if self.volume_cells is None else self.volume_cells.total
-        return {
-            "node": lambda: len(self.nodes),
-            "spring": lambda: len(self.springs),
-            "triangle": lambda: len(self.mesh.triangles),
-        }[at]()
+        if at in ("node", "spring"):
+            return len(self.nodes if at == "node" else self.springs)
+        return len(self.mesh.numbers(at))
 
     @cached_property
     def mesh(self) -> RecordedMesh:
         """All that frames may show of the network."""
-        return RecordedMesh.of(self.network, self.nodes, self.springs)
+        with_skin = any(channel.at == "triangle" for channel in self.channels)
+        solids = read_solids(self._file)
+        return RecordedMesh.of(
+            self.network, self.nodes, self.springs, solids, with_skin=with_skin
+        )
 
     @property
     def triangles(self) -> Indices:
@@ -285,11 +290,12 @@ class Trajectory:
         """Return the numbers of a field that a frame shows, in its unit, and whose they are.
 
         Args:
-            name: Of a field of springs or triangles.
+            name: Of a field of springs, triangles or elements.
             frame: Number of the frame; it may count from the end, as in NumPy.
 
         Returns:
-            Numbers and rows of `ends` or `triangles`, shape (shown,) each.
+            Numbers, and rows of `ends`, `triangles` or the elements of `mesh`, shape
+            (shown, …) and (shown,).
         """
         field = self.fields[name]
         assert isinstance(field, CellFrames)
@@ -302,10 +308,15 @@ class Trajectory:
 
     def cells(self, frame: int) -> Cells:
         """Return the cells that are drawn in frame number ``frame``."""
+        return self.drawing(frame).cells
+
+    def drawing(self, frame: int) -> DrawnMesh:
+        """Return the cells of frame number ``frame``, also as VTK has them."""
         part = self._step("PartOffsets", frame)
-        if self._drawn is None or self._drawn[0] != part:
-            self._drawn = part, read_cells(self._file, part, self.springs)
-        return self._drawn[1]
+        if self._drawing is None or self._drawing[0] != part:
+            alive = alive_in(self._file, part, self.network)
+            self._drawing = part, DrawnMesh(self.mesh, self.mesh.cells(alive), alive)
+        return self._drawing[1]
 
     def spring_force(self, frame: int) -> tuple[Numbers, Indices]:
         """Return the tensions [N] in a frame, and whose they are as rows of `ends`.

@@ -16,6 +16,7 @@ from tissuec.results import ResultError, access
 from tissuec.results.arrays import (
     read_network,
     read_recording,
+    read_solids,
     write_groups,
     write_network,
     write_recording,
@@ -28,6 +29,8 @@ from tissuec.results.checkpoint import (
     write_checkpoint,
 )
 from tissuec.results.frames import FrameRecorder, SideTable
+from tissuec.results.grid_frames import GridFrames
+from tissuec.results.h5md import add_views, remove_views
 from tissuec.results.layout import check_replaceable, mark_layout, open_result
 from tissuec.results.manifest import (
     RUNNING,
@@ -36,10 +39,9 @@ from tissuec.results.manifest import (
     write_manifest,
     write_origins,
 )
-from tissuec.results.mesh import RecordedMesh
+from tissuec.results.mesh import RecordedMesh, mesh_of
 from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place, final_path, partial_path
-from tissuec.results.polydata import PolyDataFrames, add_views, remove_views
 from tissuec.results.recording import Event, EventSide, NamedGroup, Recording
 from tissuec.results.schema import COMPANION, ENERGIES, ERRORS, SCENE, SIDES
 from tissuec.results.store import Store
@@ -83,7 +85,7 @@ class ResultWriter:
         scene_text: str,
         groups: Sequence[NamedGroup] = (),
     ):
-        mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
+        mesh = mesh_of(network, recording)
         _check_names(recording)
         check_place(Path(path))
         check_replaceable(Path(path))
@@ -144,7 +146,7 @@ class ResultWriter:
             store.remove(SIDES.path)
         source = Source(store.path.name, access.text(store.content, SCENE.path))
         network, recording = read_network(store.content, source), read_recording(store.content)
-        mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
+        mesh = mesh_of(network, recording, read_solids(store.content))
         check_views(store.path, [channel.body for channel in recording.surfaces])
         former = read_manifest(store.content)
         running = {"outcome": RUNNING, "finished": False}
@@ -170,10 +172,10 @@ class ResultWriter:
         """
         self._store, self._scene = store, scene
         store.compresses = recording.compress
-        self._polydata = PolyDataFrames(store, network, recording, mesh)
-        tools = ToolTable(store, network, self._polydata.columns.kind)
-        self._frames = FrameRecorder(network, recording, self._polydata, tools)
-        self._sides = SideTable(store, network, self._polydata.columns)
+        self._grids = GridFrames(store, network, recording, mesh)
+        tools = ToolTable(store, network, self._grids.columns.kind)
+        self._frames = FrameRecorder(network, recording, self._grids, tools)
+        self._sides = SideTable(store, network, self._grids.columns)
         self._holds = HoldTable(store, network)
         self._logs = log_tables(store, recording.logs)
         self._energies = LogTable(store, ENERGIES, ENERGY) if recording.energies else None
@@ -370,7 +372,7 @@ class ResultWriter:
         self._check_open()
         try:
             self._store.write()
-            self._polydata.show()
+            self._grids.show()
             for surface in self._surfaces.values():
                 surface.show()
             self._store.commit()

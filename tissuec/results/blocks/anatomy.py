@@ -81,6 +81,31 @@ class BodyMatter(Struct, frozen=True, eq=False):
         total, volume = (sum(part[nodes] for part in each) for each in zip(*parts, strict=True))
         return six(total / np.where(volume > 0.0, volume, 1.0)[:, None, None])
 
+    def of_elements(
+        self, position: Floats, drawn: Floats, alive: NDArray[np.bool_]
+    ) -> tuple[Floats, Floats]:
+        """Return mean strains, without a unit, and Cauchy stresses of elements [Pa].
+
+        Args:
+            position: Of all nodes of the network [m], shape (node, 3).
+            drawn: The same before the run.
+            alive: False for springs that were cut, shape (spring,).
+
+        Returns:
+            Of the elements that are left, shape (element, 6) each.
+        """
+        from tissuec.forces.solids.elements import SolidElements  # where stress is computed
+
+        none = np.zeros((0, 6))
+        every = (each for each in self.elements if isinstance(each, SolidElements))
+        intact = [each.intact(alive) for each in every]
+        strain = [
+            six(each.shape.mean_strain(position[each.nodes], drawn[each.nodes]))
+            for each in intact
+        ]
+        stress = [six(each.mean_stress(position)) for each in intact]
+        return np.concatenate([none, *strain]), np.concatenate([none, *stress])
+
 
 class Anatomy(Struct, frozen=True, eq=False):
     """Tissues, matter and tools of a scene.

@@ -1,4 +1,4 @@
-"""The numbers at points, lines and triangles of blocks, and what they are computed from.
+"""The numbers at points and cells of blocks, and what they are computed from.
 
 Those of the fields that frames contain follow from their declarations; each derived field is
 one function in this file. A field that the result already contains has its ``source`` there,
@@ -17,14 +17,14 @@ from tissuec.core.arrays import norm
 from tissuec.mechanics.deformation import Surroundings, mean_of_springs, von_mises
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.blocks.anatomy import Anatomy
-from tissuec.results.blocks.layout import Cloud, Kind, triangles_of
+from tissuec.results.blocks.layout import Cloud, Kind, own_elements
 from tissuec.results.fields import FieldChannel
-from tissuec.results.frame_columns import VELOCITY, column_of
+from tissuec.results.frame_columns import POINTS, VELOCITY, column_of
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.volume_cells import mean_at
 
 _NO_TRIANGLES: Indices = np.zeros((0, 3), dtype=np.int64)
-_NONE: Indices = np.zeros(0, dtype=np.int64)
+_NONE: NDArray[np.bool_] = np.zeros(0, dtype=bool)
 
 
 class Facts:
@@ -82,19 +82,19 @@ class Moment:
             these springs or these triangles, shape (point, …) or alike; of fields of cells, at
             its points.
         triangles: Its points that are corners of the skin, shape (triangle, 3).
+        alive: Which springs of the network exist, shape (spring,).
         whole: Positions of all nodes that frames contain, by network number [m], shape (node,
             3).
-        broken: Marks of elements that have broken, shape (n,).
     """
 
     def __init__(
         self, facts: Facts, cloud: Cloud, nodes: Indices, springs: Indices, position: Floats,
         velocity: Floats, recorded: Mapping[str, Floats], whole: Floats,
-        triangles: Indices = _NO_TRIANGLES, broken: Indices = _NONE,
+        triangles: Indices = _NO_TRIANGLES, alive: NDArray[np.bool_] = _NONE,
     ):  # fmt: skip
         self.facts, self.cloud, self.nodes, self.springs = facts, cloud, nodes, springs
         self.position, self.velocity, self.recorded = position, velocity, recorded
-        self.triangles, self.whole, self.broken = triangles, whole, broken
+        self.triangles, self.whole, self.alive = triangles, whole, alive
 
     @property
     def network(self) -> Network:
@@ -115,14 +115,6 @@ class Moment:
         return np.isin(self.springs, self.cloud.matter.springs)
 
     @cached_property
-    def _alive(self) -> NDArray[np.bool_]:
-        """Which springs of the network are there, as far as they are of this cloud."""
-        alive = np.zeros(self.network.spring_count, dtype=bool)
-        alive[self.springs] = alive[self.network.first_mark :] = True
-        alive[self.broken] = False
-        return alive
-
-    @cached_property
     def around(self) -> Surroundings:
         """The springs around the nodes of a body with matter."""
         return self.facts.around(self.cloud, self.springs[self._bearing])
@@ -133,19 +125,25 @@ class Moment:
         return self.around.strain(self.position)
 
     @cached_property
+    def of_elements(self) -> tuple[Floats, Floats]:
+        """Strain, without a unit, and stress [Pa] of elements, shape (element, 6) each."""
+        assert self.cloud.matter is not None
+        return self.cloud.matter.of_elements(self.whole, self.network.position, self.alive)
+
+    @cached_property
     def stress(self) -> Floats:
         """Stress of a body with matter [Pa], shape (point, 6)."""
         matter = self.cloud.matter
         assert matter is not None
         if matter.elements:
             nodes = self.network.bodies[self.cloud.number].nodes
-            return matter.stress_of_elements(self.whole, self._alive, nodes)
+            return matter.stress_of_elements(self.whole, self.alive, nodes)
         # Where a cell is turned inside out, the drawn volume is all that there is to divide by.
         ratio = np.where(self.strain[1] > 0.0, self.strain[1], 1.0)
         virial = self.around.virial(self.position, self.recorded["tension"][self._bearing])
         volume = matter.volume * ratio
         if matter.pressure is not None:
-            torn = matter.pressure.enclosure.lost_items(self._alive)
+            torn = matter.pressure.enclosure.lost_items(self.alive)
             nodes = self.network.bodies[self.cloud.number].nodes
             pressure = matter.pressure.at_nodes(self.whole, torn, nodes)
             virial[:, :3] -= (pressure * volume)[:, None]
@@ -175,7 +173,8 @@ class CloudMoments:
             np.asarray(one[frame], dtype=float)
             for one in (trajectory.position, trajectory.velocity)
         )
-        drawn, broken = trajectory.cells(frame), self._broken(float(trajectory.times[frame]))
+        drawing = trajectory.drawing(frame)
+        drawn, grid, mesh = drawing.cells, drawing.grid, drawing.mesh
         numbers = {one: self._numbers(one, frame) for one in trajectory.channels}
         whole = position
         if len(position) < network.body_nodes:
@@ -188,31 +187,27 @@ class CloudMoments:
                 places = cloud.mesh.at(frame)
                 yield Moment(self._facts, cloud, nodes, none, places, still, {}, whole)
                 continue
-            at = self._rows[nodes]
+            at, row = self._rows[nodes], np.full(len(trajectory.nodes), -1)
+            row[at] = np.arange(len(at))
             ends = cloud.springs.start, cloud.springs.stop
             own = slice(*np.searchsorted(drawn.springs, ends))
-            corners, seen = triangles_of(trajectory.nodes, drawn, nodes)
+            corners = row[mesh.triangles[grid.items["triangle"]]]
+            seen = (corners >= 0).all(axis=1)
             place = {"node": at, "spring": own, "triangle": seen, "cell": at}
+            place["element"] = own_elements(drawing, row)
             recorded = {one.name: every[place[one.at]] for one, every in numbers.items()}
             springs = drawn.springs[own].astype(np.int64)
             yield Moment(
                 self._facts, cloud, nodes, springs, position[at], velocity[at], recorded, whole,
-                corners, broken,
+                corners[seen], drawing.alive,
             )  # fmt: skip
 
-    def _broken(self, time: float) -> Indices:
-        """Return the marks of elements that have broken until a time [s], shape (n,)."""
-        first = self._facts.network.first_mark
-        events = (event for event in self._trajectory.events if event.time <= time)
-        marks = [spring for event in events for spring in event.springs if spring >= first]
-        return np.array(marks, dtype=np.int64)
-
     def _numbers(self, channel: FieldChannel, frame: int) -> Floats:
-        """Return the numbers of a field at all nodes, springs or triangles of a frame."""
-        if channel.at in ("spring", "triangle"):
-            found = self._trajectory.shown(channel.name, frame)[0]
-        else:
+        """Return the numbers of a field at all nodes, springs or other items of a frame."""
+        if channel.at in POINTS:
             found = self._trajectory.at_points(channel, frame)
+        else:
+            found = self._trajectory.shown(channel.name, frame)[0]
         return np.asarray(found, dtype=float)
 
 
@@ -224,13 +219,13 @@ BODY: tuple[Kind, ...] = ("body",)
 
 
 class BlockField(Struct, frozen=True):
-    """Numbers at the points, lines or triangles of some blocks.
+    """Numbers at the points or cells of some blocks.
 
     Attributes:
         name: As VTK shows it.
         unit: Of each number; "" without one.
         width: How many numbers each of them has.
-        at: "points", "lines" or "triangles".
+        at: "points", "lines", "triangles" or "elements".
         of: Kinds of clouds that have it.
         text: What it is.
         value: From a moment to numbers, shape (point, width) or alike, or (…,) for one of them.
@@ -323,6 +318,16 @@ DERIVED: tuple[BlockField, ...] = (
         lambda m: von_mises(m.stress), needs="matter",
     ),
     BlockField(
+        "strain", "", 6, "elements", BODY,
+        "mean Green-Lagrange strain of each element: xx, yy, zz, xy, yz, xz",
+        lambda m: m.of_elements[0], needs="matter",
+    ),
+    BlockField(
+        "stress", "Pa", 6, "elements", BODY,
+        "mean Cauchy stress of each element: xx, yy, zz, xy, yz, xz",
+        lambda m: m.of_elements[1], needs="matter",
+    ),
+    BlockField(
         "body", "", 1, "points", ALL, "number of the body or tool, from 0", _body,
         changes=False, whole=True, names=lambda facts: facts.bodies,
     ),
@@ -367,8 +372,9 @@ DERIVED: tuple[BlockField, ...] = (
 
 def fields_of(trajectory: Trajectory) -> tuple[BlockField, ...]:
     """Return all fields of the blocks of a result."""
-    own = (field for channel in trajectory.channels for field in _recorded(channel))
-    return (*DERIVED, *own)
+    own = [field for channel in trajectory.channels for field in _recorded(channel)]
+    known = {(field.name, field.at) for field in own}
+    return (*(field for field in DERIVED if (field.name, field.at) not in known), *own)
 
 
 def _recorded(channel: FieldChannel) -> Iterator[BlockField]:
@@ -392,7 +398,11 @@ def _recorded(channel: FieldChannel) -> Iterator[BlockField]:
         )
         return
     mean = f"{text}, as the mean of those of the block at each node; 0 without any"
-    if channel.at == "spring":
+    if channel.at == "element":
+        yield BlockField(
+            name, unit, channel.width, "elements", BODY, text, numbers, source=source
+        )
+    elif channel.at == "spring":
         yield BlockField(channel.key, unit, 1, "points", SPRINGS, mean, mean_of_lines)
         yield BlockField(name, unit, 1, "lines", SPRINGS, text, numbers, source=source)
     else:

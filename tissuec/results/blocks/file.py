@@ -1,7 +1,7 @@
 """All blocks of a result with all frames in one VTKHDF file.
 
 The type is MultiBlockDataSet, which PyVista opens, too, and of which VTK 9.4 shows the names of
-blocks: for each block a group of PolyData with steps of its own, and links to them in
+blocks: for each block a grid with steps of its own, and links to them in
 ``Assembly``. Points that follow one another in the frames of the
 result are not written again: a dataset of the result is shown by a link into it, or a copy that
 all blocks share, and ``PointOffsets`` says where those of the block begin.
@@ -28,6 +28,7 @@ from tissuec.results.blocks.anatomy import Anatomy
 from tissuec.results.blocks.fields import BlockField, CloudMoments, Facts, Moment, fields_of
 from tissuec.results.blocks.layout import Cloud, Names, Piece, ResultBlock, blocks_of
 from tissuec.results.blocks.poses import write_poses
+from tissuec.results.grid_frames import GRID, write_type
 from tissuec.results.hdf5 import (
     copy_to,
     external_link,
@@ -37,8 +38,8 @@ from tissuec.results.hdf5 import (
     soft_link,
 )
 from tissuec.results.layout import BLOCKS
-from tissuec.results.polydata import write_type
-from tissuec.results.schema import FRAMES, KINDS, ROOT
+from tissuec.results.mesh import CellGrid
+from tissuec.results.schema import CELL_TABLE, FRAMES, ROOT
 from tissuec.results.shapes import cannot_write
 from tissuec.results.store import LIBVER, describe
 from tissuec.results.surface_table import SurfaceSeries
@@ -195,22 +196,20 @@ class _BlocksWriter:
         return tuple(written)
 
     def _steps(self, group: h5py.Group) -> None:
-        """Write the steps of the whole file, which is PolyData without points at once.
+        """Write the steps of the whole file, which is a grid without points at once.
 
         Without steps at the root, VTK 9.7 takes the first frame for data without time, and
-        reads it from the first row on; VTK 9.4 takes every group at the root for one of
-        PolyData.
+        reads it from the first row on; VTK 9.4 takes every group at the root for a data set.
         """
         set_attribute(group, "NSteps", self.frames, "i8")
         none = np.zeros((0, 3))
         values = _whole(group, "Values", self.trajectory.times, "time of each frame", "s")
         self._times = values
-        nothing = Piece(0, none[:, :1].astype(np.int64), none[0:0, 0].astype(np.int64), 0)
+        nothing = Piece(0, CellGrid.of_triangles(none.astype(int)), none[:, 0].astype(int), 0)
         always = np.zeros(self.frames, dtype=np.int64)
         nowhere = Cloud("", "grip", -1, (), always)
-        empty = ResultBlock("", "", nowhere, KINDS[0], (nothing,), always)
-        write_type(group, "PolyData")
-        _whole(group, "NumberOfPoints", always[:1], "points of each part")
+        empty = ResultBlock("", "", nowhere, "Vertices", (nothing,), always)
+        write_type(group, GRID)
         _whole(group, "Points", none, "no points", "m")
         steps = group.create_group("Steps")
         set_attribute(steps, "NSteps", self.frames, "i8")
@@ -227,8 +226,6 @@ class _BlocksWriter:
     def _block(self, group: h5py.Group, block: ResultBlock, index: int) -> None:
         steps = self._head(group, index)
         cloud = block.cloud
-        counts = np.array([piece.points for piece in block.pieces])
-        _whole(group, "NumberOfPoints", counts, "points of each part")
         self._cells(group, steps, block)
         _whole(steps, "PartOffsets", block.of_frame, "part of each frame")
         points = group.create_group("PointData"), steps.create_group("PointDataOffsets")
@@ -248,7 +245,7 @@ class _BlocksWriter:
         self._names(group, steps, names)
 
     def _head(self, group: h5py.Group, index: int) -> h5py.Group:
-        write_type(group, "PolyData")
+        write_type(group, GRID)
         set_attribute(group, "Index", index, "i8")
         steps = group.create_group("Steps")
         set_attribute(steps, "NSteps", self.frames, "i8")
@@ -264,27 +261,22 @@ class _BlocksWriter:
 
     def _cells(self, group: h5py.Group, steps: h5py.Group, block: ResultBlock) -> None:
         """Write what is drawn, and where that of each frame begins."""
-        lengths = np.array([len(piece.cells) for piece in block.pieces])
-        sizes = np.array([piece.cells.size for piece in block.pieces])
-        first = {"CellOffsets": lengths, "ConnectivityIdOffsets": sizes}
-        for name, numbers in first.items():
-            table = np.zeros((self.frames, len(KINDS)), dtype=np.int64)
-            table[:, KINDS.index(block.draws)] = _starts(numbers)[block.of_frame]
-            _whole(steps, name, table, f"{name} of each frame")
-        for kind in KINDS:
-            tables = [
-                piece.cells if kind == block.draws else piece.cells[:0]
-                for piece in block.pieces
-            ]
-            part = group.create_group(kind)
-            ends = [np.arange(len(table) + 1) * table.shape[1] for table in tables]
-            for name, data in (
-                ("Connectivity", [table.reshape(-1) for table in tables]),
-                ("Offsets", ends),
-                ("NumberOfCells", [[len(table)] for table in tables]),
-                ("NumberOfConnectivityIds", [[table.size] for table in tables]),
-            ):
-                _whole(part, name, np.concatenate(data).astype(np.int64), f"{name} of {kind}")
+        grids = [piece.grid for piece in block.pieces]
+        lengths, sizes = ([len(one.types) for one in grids], [len(one.points) for one in grids])
+        for name, numbers in (("CellOffsets", lengths), ("ConnectivityIdOffsets", sizes)):
+            starts = _starts(np.array(numbers))[block.of_frame]
+            _whole(steps, name, starts, f"{name} of each frame")
+        for name, data in (
+            ("NumberOfPoints", [[piece.points] for piece in block.pieces]),
+            ("NumberOfCells", [[length] for length in lengths]),
+            ("NumberOfConnectivityIds", [[size] for size in sizes]),
+            ("Types", [one.types for one in grids]),
+            ("Offsets", [one.ends for one in grids]),
+            ("Connectivity", [one.points for one in grids]),
+        ):
+            # VTK 9.4 and 9.5 need one type of integers.
+            kind = np.uint8 if name == "Types" else np.int64
+            _whole(group, name, np.concatenate(data).astype(kind), f"{name} of each part")
 
     def _names(
         self, group: h5py.Group, steps: h5py.Group, names: Mapping[str, Sequence[str]]
@@ -314,7 +306,7 @@ class _BlocksWriter:
             *((cloud, cloud, "points") for cloud in self.clouds),
             *(
                 (block, block.cloud, at)
-                for at in ("lines", "triangles")
+                for at in ("lines", "triangles", "elements")
                 for block in self.blocks
                 if block.has(at)
             ),
@@ -416,7 +408,7 @@ class _BlocksWriter:
     ) -> None:
         """Add a smooth surface, whose datasets are those of the result."""
         steps = self._head(group, index)
-        for name in ("Points", "NumberOfPoints", *KINDS):
+        for name in ("Points", *CELL_TABLE):
             self._share(group, name, f"{series.path}/{name}")
         for name in ("PartOffsets", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"):
             rows = access.array(self.trajectory.content, f"{series.path}/Steps/{name}")
@@ -438,7 +430,7 @@ def _starts(counts: Indices) -> Indices:
 def _rows(owner: Cloud | ResultBlock) -> Indices:
     """Return how many points, or lines, each variant of a cloud, or piece of a block, has."""
     if isinstance(owner, ResultBlock):
-        return np.array([len(piece.cells) for piece in owner.pieces])
+        return np.array([len(piece.grid) for piece in owner.pieces])
     return np.array([len(nodes) for nodes in owner.nodes])
 
 

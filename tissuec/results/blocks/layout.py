@@ -13,14 +13,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.model.network import Indices, Network, numbers_in
+from tissuec.model.network import Indices, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
 from tissuec.results.blocks.poses import ToolMesh, tool_meshes
-from tissuec.results.mesh import Cells
+from tissuec.results.element_cells import ElementCells
+from tissuec.results.mesh import CellGrid, DrawnMesh, RecordedMesh
 from tissuec.results.trajectory import Trajectory
 
 Kind: TypeAlias = Literal["body", "joint", "tool", "grip"]
-KINDS = ("Vertices", "Lines", "Polygons")
+Draws: TypeAlias = Literal["Vertices", "Lines", "Polygons", "Solids"]
 _NO_NAMES = ("Assembly", "Steps", "FieldData", "PointData", "CellData")  # of VTKHDF itself
 
 
@@ -55,32 +56,34 @@ class Piece(NamedTuple):
 
     Attributes:
         points: Number of points.
-        cells: Points of the cells, shape (cell, width).
+        grid: The cells.
         springs: Network number of the spring of each line, shape (line,).
-        first: Where the lines begin among the cells that the result draws then.
+        first: Where the cells begin among those that the result draws then.
     """
 
     points: int
-    cells: NDArray[np.integer]
+    grid: CellGrid
     springs: NDArray[np.integer]
     first: int
 
     def same_as(self, other: "Piece") -> bool:
         """Return whether both draw the same."""
-        return (self.points, self.first) == (other.points, other.first) and all(
-            np.array_equal(getattr(self, name), getattr(other, name))
-            for name in ("cells", "springs")
+        return (
+            (self.points, self.first) == (other.points, other.first)
+            and np.array_equal(self.springs, other.springs)
+            and np.array_equal(self.grid.types, other.grid.types)
+            and np.array_equal(self.grid.points, other.grid.points)
         )
 
 
 class ResultBlock(Struct, frozen=True, eq=False):
-    """One part of a result as PolyData.
+    """One part of a result.
 
     Attributes:
         name: Unique; letters, digits and underscores, for older versions of VTK.
         title: Name of the body, joint or tool, and which part of it this is.
         cloud: Its points.
-        draws: One of `KINDS`.
+        draws: Which cells.
         pieces: What it draws in turn.
         of_frame: Which of them is drawn in each frame, shape (frame,).
     """
@@ -88,15 +91,14 @@ class ResultBlock(Struct, frozen=True, eq=False):
     name: str
     title: str
     cloud: Cloud
-    draws: str
+    draws: Draws
     pieces: tuple[Piece, ...]
     of_frame: Indices
 
     def has(self, at: str) -> bool:
-        """Return whether it shows numbers at "points", "lines" or "triangles"."""
-        return at == "points" or at == {"Lines": "lines", "Polygons": "triangles"}.get(
-            self.draws
-        )
+        """Return whether it shows numbers at "points", "lines", "triangles" or "elements"."""
+        of_cells = {"Lines": "lines", "Polygons": "triangles", "Solids": "elements"}
+        return at == "points" or at == of_cells.get(self.draws)
 
 
 class Names:
@@ -126,14 +128,14 @@ def blocks_of(trajectory: Trajectory, anatomy: Anatomy | None) -> tuple[ResultBl
     drawn = [
         _Drawing(cloud, draws, f"{cloud.name} {part}".strip())
         for cloud in clouds
-        for draws, part in _parts(cloud, trajectory.network)
+        for draws, part in _parts(cloud, trajectory.mesh)
     ]
     former = -1
     for frame, part in enumerate(trajectory.parts.tolist()):
-        cells = trajectory.cells(frame) if part != former else None
+        drawing = trajectory.drawing(frame) if part != former else None
         former = part
         for one in drawn:
-            one.add(trajectory.nodes, cells, frame)
+            one.add(drawing, frame)
     names = Names()
     return tuple(
         ResultBlock(
@@ -141,42 +143,43 @@ def blocks_of(trajectory: Trajectory, anatomy: Anatomy | None) -> tuple[ResultBl
             *one.in_order(),
         )
         for one in drawn
-        if one.cloud.kind in ("tool", "grip") or any(len(piece.cells) for piece in one.pieces)
+        if one.cloud.kind in ("tool", "grip") or any(len(piece.grid) for piece in one.pieces)
     )  # fmt: skip
 
 
-def _parts(cloud: Cloud, network: Network) -> Sequence[tuple[str, str]]:
+def _parts(cloud: Cloud, mesh: RecordedMesh) -> Sequence[tuple[Draws, str]]:
     """Return the kinds of blocks of a cloud, and the endings of their names."""
     if cloud.kind == "tool":
         return (("Polygons", ""),)
     if cloud.kind == "grip":
         return (("Vertices", "held"),)
-    if cloud.kind != "body" or cloud.name in network.threads:
+    if cloud.kind != "body" or cloud.name in mesh.network.threads:
         return (("Lines", ""),)
-    return (("Lines", "springs"), ("Polygons", "skin"), ("Vertices", "nodes"))
+    parts: list[tuple[Draws, str]] = [("Polygons", "skin"), ("Vertices", "nodes")]
+    is_solid = np.isin(mesh.nodes[mesh.solids.firsts], cloud.nodes[0]).any()
+    return [("Solids", "solid") if is_solid else ("Lines", "springs"), *parts]
 
 
 class _Drawing:
     """A block whose pieces are collected frame after frame."""
 
-    def __init__(self, cloud: Cloud, draws: str, title: str):
+    def __init__(self, cloud: Cloud, draws: Draws, title: str):
         self.cloud, self.draws, self.title = cloud, draws, title
         self.pieces: list[Piece] = []
         self.of_frame: list[int] = []
 
-    def add(self, shown: Indices, cells: Cells | None, frame: int) -> None:
+    def add(self, drawing: DrawnMesh | None, frame: int) -> None:
         """Add a frame.
 
         Args:
-            shown: Network numbers of the nodes that frames contain.
-            cells: What it draws; None if that is what the frame before draws.
+            drawing: What it draws; None if that is what the frame before draws.
             frame: Its number.
         """
         cloud = self.cloud
         held = int(cloud.of_frame[frame])
         moved = not frame or held != int(cloud.of_frame[frame - 1])
-        if moved or (cells is not None and cloud.kind in ("body", "joint")):
-            piece = self._piece(shown, cells, held)
+        if moved or (drawing is not None and cloud.kind in ("body", "joint")):
+            piece = self._piece(drawing, held)
             if not self.pieces or not piece.same_as(self.pieces[-1]):
                 self.pieces.append(piece)
         self.of_frame.append(len(self.pieces) - 1)
@@ -186,49 +189,59 @@ class _Drawing:
 
         From version 9.5 on, VTK counts the pieces before one by the cells that they draw.
         """
-        order = sorted(range(len(self.pieces)), key=lambda n: not len(self.pieces[n].cells))
+        order = sorted(range(len(self.pieces)), key=lambda n: not len(self.pieces[n].grid))
         place = np.argsort(order)
         return tuple(self.pieces[n] for n in order), place[self.of_frame]
 
-    def _piece(self, shown: Indices, cells: Cells | None, variant: int) -> Piece:
+    def _piece(self, drawing: DrawnMesh | None, variant: int) -> Piece:
         nodes = self.cloud.nodes[variant]
-        points, none = np.arange(len(nodes)), np.zeros(0, dtype=np.int64)
+        none, no_springs = np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
+        vertices, lines = none[:, :1], none[:, :2]
         if self.cloud.mesh is not None:
-            return Piece(len(nodes), self.cloud.mesh.triangles(variant), none, 0)
+            skin = self.cloud.mesh.triangles(variant)
+            return Piece(len(nodes), CellGrid.of_triangles(skin), no_springs, 0)
         if self.cloud.kind == "grip":
-            return Piece(len(nodes), points[:, None], none, 0)
-        assert cells is not None
+            held = CellGrid.of(np.arange(len(nodes))[:, None], lines, none)
+            return Piece(len(nodes), held, no_springs, 0)
+        assert drawing is not None
+        grid, mesh, cells = drawing.grid, drawing.mesh, drawing.cells
+        row = np.full(mesh.network.node_count, -1)
+        row[nodes] = np.arange(len(nodes))
+        row = row[mesh.nodes]
         if self.draws == "Lines":
-            own = self.cloud.springs
-            low, high = np.searchsorted(cells.springs, (own.start, own.stop))
-            ends = np.searchsorted(nodes, shown[cells.lines[low:high]])
-            first = cells.line_rows.start + int(low)
-            return Piece(len(nodes), ends, cells.springs[low:high], first)
+            springs = mesh.springs[grid.items["spring"]]
+            within = self.cloud.springs.start, self.cloud.springs.stop
+            low, high = np.searchsorted(springs, within)
+            ends = row[mesh.lines[grid.items["spring"][low:high]]]
+            own = CellGrid.of(vertices, ends, none)
+            first = grid.rows["spring"].start + int(low)
+            return Piece(len(nodes), own, springs[low:high].astype(np.int64), first)
+        if self.draws == "Solids":
+            items = own_elements(drawing, row)
+            found = mesh.solids.some(cells.elements[items])
+            solids = ElementCells(found.types, row[found.nodes], found.marks)
+            first = grid.rows["element"].start + int(items[0] if len(items) else 0)
+            return Piece(
+                len(nodes), CellGrid.of(vertices, lines, none, solids), no_springs, first
+            )
         if self.draws == "Polygons":
-            return Piece(len(nodes), triangles_of(shown, cells, nodes)[0], none, 0)
-        corners = shown[cells.vertices]
-        inside = (corners >= nodes[0]) & (corners <= nodes[-1])
-        return Piece(len(nodes), np.searchsorted(nodes, corners[inside.all(axis=1)]), none, 0)
+            skin = row[mesh.triangles[grid.items["triangle"]]]
+            skin = skin[(skin >= 0).all(axis=1)]
+            return Piece(len(nodes), CellGrid.of_triangles(skin), no_springs, 0)
+        own = row[cells.vertices]
+        held = CellGrid.of(own[(own >= 0).all(axis=1)], lines, none)
+        return Piece(len(nodes), held, no_springs, 0)
 
 
-def triangles_of(
-    shown: Indices, cells: Cells, nodes: Indices
-) -> tuple[Indices, NDArray[np.bool_]]:
-    """Return the triangles between the points of a cloud, and which of all they are.
+def own_elements(drawing: DrawnMesh, row: Indices) -> Indices:
+    """Return which elements that exist belong to a cloud, shape (element,).
 
     Args:
-        shown: Network numbers of the nodes that frames contain, shape (node,).
-        cells: What a frame draws.
-        nodes: Network numbers of the points of the cloud, ascending, shape (point,).
-
-    Returns:
-        Points of the cloud, shape (triangle, 3), and a mask of all triangles that are drawn.
+        drawing: What exists.
+        row: The point of the cloud of each recorded node, or -1, shape (node,).
     """
-    corners = shown[cells.triangles]
-    if not len(nodes):
-        return corners[:0], np.zeros(len(corners), dtype=bool)
-    inside = ((corners >= nodes[0]) & (corners <= nodes[-1])).all(axis=1)
-    return np.searchsorted(nodes, corners[inside]), inside
+    elements = drawing.mesh.solids.some(drawing.cells.elements)
+    return np.flatnonzero(row[elements.firsts] >= 0)
 
 
 def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:

@@ -1,6 +1,6 @@
 """Blocks of single frames in VTK's XML formats, which programs read that know no VTKHDF.
 
-A frame is a file ``.vtm`` that names a file ``.vtp`` for each block; ``.pvd`` names the frames
+A frame is a file ``.vtm`` that names a file ``.vtu`` for each block; ``.pvd`` names the frames
 with their times. (VTK file formats, section XML.)
 """
 
@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from tissuec.results.blocks.anatomy import Anatomy
 from tissuec.results.blocks.fields import CloudMoments, Facts, Moment, fields_of
 from tissuec.results.blocks.layout import Names, ResultBlock, blocks_of
-from tissuec.results.shapes import ExportedShape, cannot_write, write_vtp, write_xml
+from tissuec.results.export import surface_shape
+from tissuec.results.shapes import ExportedShape, cannot_write, write_vtu, write_xml
 from tissuec.results.trajectory import Trajectory
 
 
@@ -64,19 +65,17 @@ class BlockFrames:
         names: list[str] = []
         for block in self._blocks:
             shape, texts = self._shape(block, moments[id(block.cloud)], frame)
-            write_vtp(shape, folder / f"{block.name}{ending}.vtp", texts)
+            write_vtu(shape, folder / f"{block.name}{ending}.vtu", texts)
             names.append(block.name)
         time = self._trajectory.times[frame]
-        none = np.zeros((0, 1), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
         for name, series in self._surfaces.items():
             found = np.flatnonzero(series.times == time)
             if len(found):
-                place = series.position(int(found[0])), *none, series.triangles(int(found[0]))
-                shape = ExportedShape(name, time, *place, {}, {})
+                shape = surface_shape(series, int(found[0]))
                 title = {"name": [f"{series.name} surface"]}
-                write_vtp(shape, folder / f"{name}{ending}.vtp", title)
+                write_vtu(shape, folder / f"{name}{ending}.vtu", title)
                 names.append(name)
-        files = (f"{folder.name}/{name}{ending}.vtp" for name in names)
+        files = (f"{folder.name}/{name}{ending}.vtu" for name in names)
         lines = (
             f'<DataSet index="{n}" name={quoteattr(name)} file={quoteattr(file)}/>\n'
             for n, (name, file) in enumerate(zip(names, files, strict=True))
@@ -97,17 +96,12 @@ class BlockFrames:
                 data[at][field.name] = values.astype(kind)
                 if field.names is not None:
                     texts[f"{field.name}_names"] = field.names(self._facts)
-        cells = block.pieces[int(block.of_frame[frame])].cells
-        vertices, lines, triangles = (
-            cells.astype(np.int64)
-            if kind == block.draws
-            else np.zeros((0, width), dtype=np.int64)
-            for kind, width in (("Vertices", 1), ("Lines", 2), ("Polygons", 3))
-        )
+        grid = block.pieces[int(block.of_frame[frame])].grid
         points = moment.position.astype(self._trajectory.position.dtype)
         time = float(self._trajectory.times[frame])
+        none = np.zeros((0, 3), dtype=np.int64)
         shape = ExportedShape(
-            block.title, time, points, vertices, lines, triangles, data["points"], data["cells"]
+            block.title, time, points, grid, none, data["points"], data["cells"]
         )
         return shape, texts
 

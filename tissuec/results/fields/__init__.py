@@ -23,8 +23,9 @@ from tissuec.script.measures.snapshot import Snapshot
 if TYPE_CHECKING:
     from tissuec.forces.enclosed.volume import Enclosure
 
-#: What has a number: a node, a spring, a triangle of the skin, or a cell of a preserved volume.
-Place: TypeAlias = Literal["node", "spring", "triangle", "cell"]
+#: What has a number: a node, a spring, a triangle of the skin, a cell of a preserved volume, or
+#: a solid element.
+Place: TypeAlias = Literal["node", "spring", "triangle", "cell", "element"]
 
 
 class FrameField:

@@ -194,9 +194,12 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
             whole = np.zeros((network.body_nodes, 3))
             whole[film.numbers] = film.position[row, : film.node_count]
             recorded = {"tension": tension[own].astype(float)}
+            alive = np.zeros(network.spring_count, dtype=bool)
+            alive[springs] = alive[network.first_mark :] = True
             moment = Moment(
-                facts, cloud, nodes, springs[own], whole[nodes], none, recorded, whole
-            )
+                facts, cloud, nodes, springs[own], whole[nodes], none, recorded, whole,
+                alive=alive,
+            )  # fmt: skip
             yield row, moment
 
     def _clouds(self) -> Iterator[Cloud]:

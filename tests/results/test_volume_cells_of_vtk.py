@@ -1,0 +1,182 @@
+"""Solids are volume cells in ParaView and PyVista: filled, whole, and of the right size."""
+
+import numpy as np
+import pytest
+
+import tissuec
+from tests.every import every
+from tests.vtk_reading import BRICK, HEXAHEDRON, TETRAHEDRON, WEDGE, opened
+from tissuec.geometry.elements import CUBE, CUBE_27, MIDDLES, SHAPES
+from tissuec.results.element_cells import TYPES
+from tissuec.results.export import frame_shape
+from tissuec.results.shapes import write_vtu
+
+pyvista = pytest.importorskip("pyvista")
+
+GEL = "tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }\n"
+BLOCK = """language 1
+{gel}
+body block {{ mesh is {mesh}; tissue is gel; {made} }}
+set low = nodes of block where z < 0.1 mm
+set high = nodes of block where z > 7.9 mm
+environment {{ gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m }}
+script {{
+  at 0 s: fix low
+  from 0 s to 4 ms: move high by (1, 0.5, 1) mm using smooth profile
+  {more}
+}}
+simulate {{ duration = 6 ms }}
+output {{ trajectory every 2 ms; volume(block) every 2 ms; stress(block) every 2 ms; blocks }}
+"""
+LATTICE = "lattice { cell = 4 mm; box from (0, 0, 0) mm to (8, 8, 8) mm }"
+MADE = {
+    HEXAHEDRON: (LATTICE, "made of elements"),
+    BRICK: (LATTICE, "made of quadratic elements"),
+    TETRAHEDRON: ('imported { file "tetrahedra.vtk" in mm }', "made of elements"),
+    WEDGE: ('imported { file "wedges.vtk" in mm }', "made of elements"),
+}
+COUNTS = {HEXAHEDRON: 8, BRICK: 8, TETRAHEDRON: 5, WEDGE: 2}
+CORNERS = 4.0 * (CUBE + 1.0)
+FILES = {
+    "tetrahedra": (10, [[0, 1, 3, 4], [1, 2, 3, 6], [1, 4, 5, 6], [3, 4, 6, 7], [1, 3, 4, 6]]),
+    "wedges": (13, [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]]),
+}
+
+
+def scene(kind, more=""):
+    mesh, made = MADE[kind]
+    return BLOCK.format(gel=GEL, mesh=mesh, made=made, more=more)
+
+
+def saved(folder, name, text):
+    """Write a scene with its meshes, and return where it is."""
+    for mesh, (kind, cells) in FILES.items():
+        grid = pyvista.UnstructuredGrid(
+            np.insert(np.array(cells), 0, len(cells[0]), axis=1).ravel(),
+            [kind] * len(cells), CORNERS,
+        )  # fmt: skip
+        grid.save(folder / f"{mesh}.vtk")
+    path = folder / f"{name}.tis"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Results of blocks of each kind of cells by kind."""
+    folder = tmp_path_factory.mktemp("solids")
+    return {
+        kind: tissuec.run(
+            saved(folder, kind, scene(kind)), out=folder / f"{kind}.vtkhdf", companion="off"
+        )
+        for kind in MADE
+    }
+
+
+def frame(path, number):
+    reader = opened(path)
+    reader.SetStep(number)
+    reader.Update()
+    return pyvista.wrap(reader.GetOutput())
+
+
+def corners_of(name):
+    """Return a cell of a shape that is moved and sheared, with straight edges (node, 3)."""
+    tetrahedron = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    wedge = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    natural = {
+        "hexahedron": CUBE, "quadratic hexahedron": CUBE_27, "wedge": wedge,
+        "tetrahedron": np.concatenate([tetrahedron, tetrahedron[MIDDLES].mean(axis=1)]),
+    }[name]  # fmt: skip
+    return natural @ np.array([[1.0, 0.2, 0], [0.1, 1.2, 0.3], [0, -0.2, 0.9]]) + 0.5
+
+
+@every("name", sorted(TYPES))
+def test_the_order_of_nodes_is_that_of_vtk(name):
+    """VTK's validator takes the cell, its volume is positive, and quadratics interpolate."""
+    corners = corners_of(name)
+    grid = pyvista.UnstructuredGrid(
+        np.array([len(corners), *range(len(corners))]), [TYPES[name]], corners
+    )
+    (volume,) = SHAPES[name].volumes(corners[None])
+    assert volume > 0.0
+    assert grid.compute_cell_sizes()["Volume"][0] == pytest.approx(volume, rel=1e-12)
+    assert grid.integrate_data()["Volume"][0] == pytest.approx(volume, rel=1e-12)
+    from vtkmodules.vtkFiltersGeneral import vtkCellValidator
+
+    validator = vtkCellValidator()
+    validator.SetInputData(grid)
+    validator.Update()
+    state = validator.GetOutput().GetCellData().GetArray("ValidityState")
+    assert state.GetTuple1(0) == 0.0
+    if name in ("tetrahedron", "quadratic hexahedron"):
+
+        def quadratic(x):
+            return 1.0 + x @ [1.0, 2.0, 3.0] + x[..., 0] * x[..., 1] - x[..., 2] ** 2
+
+        from vtkmodules.vtkCommonCore import mutable
+
+        cell, values = grid.GetCell(0), quadratic(corners)
+        place, weights = [0.0] * 3, [0.0] * len(corners)
+        for at in np.random.default_rng(2).uniform(0.1, 0.3, (5, 3)):
+            cell.EvaluateLocation(mutable(0), at, place, weights)
+            assert values @ weights == pytest.approx(quadratic(np.array(place)), rel=1e-12)
+
+
+@every("kind", MADE)
+def test_a_solid_is_its_elements(runs, kind):
+    result = runs[kind]
+    for number in range(len(result.times)):
+        grid = frame(result.path, number)
+        assert set(grid.celltypes) == {kind}
+        assert grid.n_cells == COUNTS[kind]
+        assert np.array_equal(grid.points, result.position[number])
+        assert not grid["spring_force"].any()
+        assert (grid["spring_id"] == -1).all()
+
+
+@every("kind", MADE)
+def test_the_integral_of_the_volume_is_the_measure(runs, kind):
+    """To rounding where edges are straight; VTK divides bent cells into straight pieces."""
+    result = runs[kind]
+    measured = result.logs["volume of block"].value[:, 0]
+    first = frame(result.path, 0).integrate_data()["Volume"][0]
+    assert first == pytest.approx(measured[0], rel=1e-12)
+    assert first == pytest.approx(512e-9, rel=1e-12)
+    last = frame(result.path, len(result.times) - 1)
+    assert last.integrate_data()["Volume"][0] == pytest.approx(measured[-1], rel=0.02)
+    shape = SHAPES[{number: name for name, number in TYPES.items()}[kind]]
+    cells = last.cells.reshape(COUNTS[kind], -1)[:, 1:]
+    assert shape.volumes(last.points[cells]).sum() == pytest.approx(measured[-1], rel=1e-12)
+
+
+def test_slices_clips_and_contours_are_filled(runs):
+    grid = frame(runs[HEXAHEDRON].path, 0)
+    cut = grid.slice(origin=(3e-3, 3e-3, 3e-3), normal="z")
+    assert cut.area == pytest.approx(64e-6, rel=1e-12)
+    half = grid.clip(origin=(3e-3, 3e-3, 3e-3), normal="z")
+    assert half.integrate_data()["Volume"][0] == pytest.approx(64e-6 * 3e-3, rel=1e-9)
+    height = grid.contour([2e-3], scalars=grid.points[:, 2])
+    assert height.area == pytest.approx(64e-6, rel=1e-9)
+
+
+def test_elements_that_break_vanish(tmp_path):
+    cut = "at 5 ms: cut block along plane through (4.1, 4, 4) mm facing (1, 0, 0)"
+    path = saved(tmp_path, "cut", scene(HEXAHEDRON, cut))
+    result = tissuec.run(path, out=tmp_path / "cut.vtkhdf", companion="off")
+    first, last = (frame(result.path, n) for n in (0, len(result.times) - 1))
+    assert (first.celltypes == HEXAHEDRON).sum() == 8
+    left = result.cells(-1).elements
+    assert (last.celltypes == HEXAHEDRON).sum() == len(left) < 8
+
+
+@every("kind", MADE)
+def test_an_exported_frame_is_the_same(runs, kind, tmp_path):
+    result, path = runs[kind], tmp_path / "frame.vtu"
+    write_vtu(frame_shape(result, 2), path)
+    grid, other = pyvista.read(path), frame(result.path, 2)
+    for one in (grid, result.to_pyvista(2)):
+        assert np.array_equal(one.points, other.points)
+        assert np.array_equal(one.cells, other.cells)
+        assert np.array_equal(one.celltypes, other.celltypes)
+        assert np.array_equal(one["velocity"], other["velocity"])

@@ -1,0 +1,124 @@
+"""Solid elements as cells of VTK, wherever nodes are counted from."""
+
+from typing import Any, Self
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.arrays import counted_up
+from tissuec.geometry.elements import SHAPES
+from tissuec.model.network import Indices, Network
+from tissuec.model.topology import springs_between
+
+VERTEX, LINE, TRIANGLE = 1, 3, 5
+#: VTK's numbers of the shapes of elements (VTK file formats, table of cell types).
+TYPES = {"hexahedron": 12, "quadratic hexahedron": 29, "tetrahedron": 24, "wedge": 13}
+_SHAPES = {number: SHAPES[name] for name, number in TYPES.items()}
+
+
+def ends_of(sizes: NDArray[np.integer]) -> Indices:
+    """Return where cells of some sizes begin, and the end of the last, shape (cell + 1,)."""
+    return np.append(0, np.cumsum(sizes)).astype(np.int64)
+
+
+class ElementCells(Struct, frozen=True, eq=False):
+    """Solid elements, body after body.
+
+    Attributes:
+        types: VTK's number of the shape of each, shape (element,).
+        nodes: Of all elements, one after another, in the order of VTK, shape (row,).
+        marks: The spring without which each does not exist, or -1, shape (element,).
+    """
+
+    types: NDArray[np.uint8]
+    nodes: NDArray[np.integer]
+    marks: NDArray[np.integer]
+
+    @classmethod
+    def of(cls, network: Network) -> Self:
+        """Return the elements of a compiled network, in the order of its blocks."""
+        types: list[NDArray[Any]] = [np.zeros(0, dtype=np.uint8)]
+        nodes: list[NDArray[Any]] = [np.zeros(0, dtype=np.int32)]
+        marks: list[NDArray[Any]] = [np.zeros(0, dtype=np.int32)]
+        for one in network.of_kind("elements"):
+            count, limits = len(one.nodes), one.limits
+            types.append(np.full(count, TYPES[one.shape.name], dtype=np.uint8))
+            nodes.append(one.nodes.reshape(-1).astype(np.int32))
+            marks.append(np.full(count, -1) if limits is None else limits.marks)
+        found = types, nodes, [each.astype(np.int32) for each in marks]
+        return cls(*map(np.concatenate, found))
+
+    @classmethod
+    def none(cls) -> Self:
+        """Return no elements."""
+        whole = np.zeros(0, dtype=np.int32)
+        return cls(np.zeros(0, dtype=np.uint8), whole, whole)
+
+    def __len__(self) -> int:
+        return len(self.types)
+
+    @property
+    def firsts(self) -> NDArray[np.integer]:
+        """Return the first node of each, shape (element,)."""
+        return self.nodes[ends_of(self.sizes)[:-1]]
+
+    @property
+    def sizes(self) -> Indices:
+        """Return how many nodes each has, shape (element,)."""
+        sizes = np.zeros(256, dtype=np.int64)
+        for number, shape in _SHAPES.items():
+            sizes[number] = shape.nodes
+        return sizes[self.types]
+
+    def some(self, items: Indices) -> Self:
+        """Return some of the elements, by ascending indices of shape (n,)."""
+        if len(items) == len(self):
+            return self
+        sizes = self.sizes
+        first, own = ends_of(sizes)[items], sizes[items]
+        rows = np.repeat(first, own) + counted_up(own)
+        return type(self)(self.types[items], self.nodes[rows], self.marks[items])
+
+    def by_shape(self) -> list[tuple[int, Indices, NDArray[np.integer]]]:
+        """Return VTK's number of each shape, its elements, and their nodes (element, node)."""
+        first, found = ends_of(self.sizes), list[tuple[int, Indices, Any]]()
+        for number in np.unique(self.types).tolist():
+            items = np.flatnonzero(self.types == number)
+            rows = first[items][:, None] + np.arange(_SHAPES[number].nodes)
+            found.append((number, items, self.nodes[rows]))
+        return found
+
+
+class ElementSupports(Struct, frozen=True, eq=False):
+    """The springs without which elements do not exist: their edges and marks.
+
+    Attributes:
+        springs: Shape (support,).
+        element: That each of them supports, shape (support,).
+        count: Number of elements.
+    """
+
+    springs: NDArray[np.integer]
+    element: Indices
+    count: int
+
+    @classmethod
+    def of(cls, cells: ElementCells, network: Network) -> Self:
+        """Return the supports of elements that have the nodes of the network."""
+        marked = np.flatnonzero(cells.marks >= 0)
+        springs, elements = [cells.marks[marked]], [marked]
+        along = np.flatnonzero(network.edges)
+        for number, items, nodes in cells.by_shape():
+            edges = _SHAPES[number].edges
+            pairs = nodes[:, edges].reshape(-1, 2).astype(np.int64)
+            found, which = springs_between(network.springs.ends[along], pairs)
+            springs.append(along[found])
+            elements.append(items[which // len(edges)])
+        return cls(np.concatenate(springs), np.concatenate(elements), len(cells))
+
+    def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which elements exist while the springs ``alive`` do, shape (element,)."""
+        whole = np.ones(self.count, dtype=bool)
+        whole[self.element[~alive[self.springs]]] = False
+        return whole
