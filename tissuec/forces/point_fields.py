@@ -125,7 +125,8 @@ class PointField(ElementField, frozen=True, dict=True):
     def principal_stretches(self, position: Floats) -> Floats:
         """Return principal stretches of points from the shape without stress, descending.
 
-        Those of walls are in their plane.
+        They are those of the places between nodes, which cells that bend strain further. Those
+        of walls are in their plane.
 
         Args:
             position: Of all nodes [m], shape (node, 3).
@@ -133,7 +134,7 @@ class PointField(ElementField, frozen=True, dict=True):
         Returns:
             Dimensionless, shape (element, point, direction).
         """
-        return np.linalg.svd(self.deformations(position), compute_uv=False)
+        return np.linalg.svd(PointField.deformations(self, position), compute_uv=False)
 
     @property
     def plastic_strains(self) -> Floats:

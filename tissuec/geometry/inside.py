@@ -104,14 +104,14 @@ def _overlap(
         within = np.flatnonzero(inside(points, position, faces))
         if not len(within) or len(within) == len(points):
             continue
-        depth = [_distance(point, position[faces]) for point in points[within]]
+        depth = [distance_from(point, position[faces]) for point in points[within]]
         deep = int(np.count_nonzero(np.array(depth) > _TOUCHING * np.ptp(points, axis=0).max()))
         if deep:
             return Overlap(number, other, deep, len(points))
     return None
 
 
-def _distance(point: Floats, corners: Floats) -> float:
+def distance_from(point: Floats, corners: Floats) -> float:
     """Return the distance of a point from the nearest of some triangles [m]."""
     count = len(corners)
     kinds = np.full(count, TRIANGLE)

@@ -17,7 +17,7 @@ from tissuec.compiler.sets import Groups, unnamed
 from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, TIME, show
+from tissuec.core.units import LENGTH, NUMBER, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.lang.words import written_name
@@ -262,7 +262,14 @@ class Conditions:
                 self._refuse_mistaken(argument.value.function)
             name = s.as_name(argument.value)
             if name is not None and self._is_subject(name):
-                subjects.append(self._subject(measure, name))
+                subject = self._subject(measure, name)
+                if (
+                    at := next((c for c in argument.clauses if c.word == "at"), None)
+                ) is not None:
+                    subject = self._point(measure, name, at)
+                    others = tuple(one for one in argument.clauses if one is not at)
+                    argument = s.Argument(argument.value, others, argument.span)
+                subjects.append(subject)
                 along = self._along(argument, key, measure) if argument.clauses else along
             elif time is None and len(subjects) == measure.subjects and not argument.clauses:
                 time = self._pinned(argument)
@@ -432,6 +439,47 @@ class Conditions:
             return Subject(springs.name, none, springs.indices, is_springs=True)
         nodes = self.groups.nodes(name)
         return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
+
+    def _point(self, measure: type[Measure], name: s.Name, at: s.Clause) -> Subject:
+        """Return a point of a body as a subject, or reject it."""
+        if not getattr(measure, "at_points", False):
+            known = [m.form for m in MEASURES.values() if getattr(m, "at_points", False)]
+            message = f"{measure.form} has no value at a point"
+            hint = f"{enumerated(known, 'and')} have one"
+            self.findings.reject("TIS702", message, at.span, hint=hint)
+        placed = self.groups.bodies.get(name.key)
+        if placed is None or not placed.drawing.mesh.elements:
+            known = [b.drawing.body.name for b in self.groups.bodies.values()
+                     if b.drawing.mesh.elements]  # fmt: skip
+            hint = alternatives(name.text, known, what="there are")
+            message = "a point is one of a body of elements"
+            self.findings.reject("TIS702", message, name.span, hint=hint)
+        value = self.scope.evaluate(at.value)
+        if not value.is_vector or value.dimension != LENGTH:
+            self.findings.reject(
+                "TIS702", "a point is a vector with a unit, of where it is as drawn", at.span,
+                hint="for example: at (1, 2, 3) mm",
+            )  # fmt: skip
+        from tissuec.compiler.measures.points import place_of_point  # where it is asked
+        from tissuec.geometry.inside import distance_from
+
+        mesh, body = placed.drawing.mesh, placed.drawing.body
+        place = place_of_point(mesh.elements, mesh.position, value.amount)
+        if place.is_outside:
+            beside = distance_from(value.amount, mesh.position[mesh.skin])
+            self._refuse_outside(beside, body.name, at)
+        nodes = placed.nodes[place.nodes]
+        return Subject(
+            f"{body.name} {at.span.one_line}", nodes, nodes[:0], False, place.weights,
+            place.of_points,
+        )  # fmt: skip
+
+    def _refuse_outside(self, beside: float, body: str, at: s.Clause) -> NoReturn:
+        message = f"this point is {show(beside, LENGTH, digits=3)} outside of {body} as drawn"
+        hint = (
+            "write a point inside of an element; corners of curved surfaces lie outside of them"
+        )
+        self.findings.reject("TIS702", message, at.value.span, hint=hint)
 
     def _refuse_others(self, measure: type[Measure], name: s.Name) -> None:
         """Reject subjects that never have the measured tension, stress, volume or grip."""

@@ -267,10 +267,7 @@ class OutputReader(BlockItems):
             self.findings.reject(
                 "TIS312", f"{key} has no parentheses", item.call.span, hint=hint
             )
-        if key in STATISTICS:
-            self._statistic(item)
-            return
-        if key not in MEASURES and key != COUNT:
+        if key not in {*MEASURES, *STATISTICS, COUNT}:
             hint = alternatives(key, MEASURES, what="measures")
             message = f'"{item.name.text}" is not a measure'
             self.findings.reject("TIS701", message, item.name.span, hint=hint)
@@ -287,30 +284,25 @@ class OutputReader(BlockItems):
         if key in MEASURES and len(names) == len(arguments):
             self._log(item, key, names)
             return
-        every = self._recorded(COUNTED[0] if key == COUNT else key, item)
-        quantity = QuantityReader(self.conditions).read(item.call)
-        if any(reading.time is not None for reading in quantity.readings.values()):
-            self._refuse_time(item)
-        of = " to ".join(one.span.one_line for one in arguments)
-        title = f"{key} of {of}"
-        self.once(title, item.span)
-        measure: Any = quantity  # has the methods of a measure
-        self.logs.append(LogRequest(title, measure, (), every, item.span))
+        self._quantity(item)
 
-    def _statistic(self, item: s.RecordedCall) -> None:
-        """Add the log of a statistic of a field."""
-        every = self._recorded(COUNTED[0], item)
-        reading = self.conditions.reading(item.call)
+    def _quantity(self, item: s.RecordedCall) -> None:
+        """Add the log of a point, of a statistic, or of a component along a direction."""
+        every, reading = self._recorded(COUNTED[0], item), self.conditions.reading(item.call)
         if reading.time is not None:
-            self._refuse_time(item)
+            message = "an output is taken over the whole run and cannot name a time"
+            self.findings.reject("TIS702", message, item.call.span)
         measure: Any = reading.measure
-        title = f"{measure.title} of {reading.subjects[0].name}"
+        subjects = reading.subjects
+        if reading.along is not None:
+            of = " to ".join(one.span.one_line for one in item.call.arguments)
+            title = f"{item.name.key} of {of}"
+            measure, subjects = QuantityReader(self.conditions).read(item.call), ()
+        else:
+            of = " to ".join(subject.name for subject in subjects)
+            title = f"{getattr(measure, 'title', item.name.key)} of {of}"
         self.once(title, item.span)
-        self.logs.append(LogRequest(title, measure, reading.subjects, every, item.span))
-
-    def _refuse_time(self, item: s.RecordedCall) -> NoReturn:
-        message = "an output is taken over the whole run and cannot name a time"
-        self.findings.reject("TIS702", message, item.call.span)
+        self.logs.append(LogRequest(title, measure, subjects, every, item.span))
 
     def _without_idle(self, subject: Subject) -> Subject:
         is_idle = np.isin(subject.springs, self.idle)

@@ -229,6 +229,8 @@ def look_of(fit: Fit, nodes: Indices | None) -> Observable | None:
         assert nodes is not None
         return Places(nodes, fit.along)
     form, first = fit.measure.form.partition("(")[0], fit.subjects[0]
+    if any(one.weights is not None for one in fit.subjects):
+        return None
     match form:
         case "position":
             mean = Mean(first)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension
-from tissuec.model.network import Indices
+from tissuec.model.network import Floats, Indices
 from tissuec.script.measures.snapshot import Snapshot
 
 
@@ -26,12 +26,18 @@ class Subject(Struct, frozen=True, eq=False):
         springs: The springs of the set of springs or body, shape (spring,); for a set of nodes
             those with both ends in it.
         is_springs: True where the author named a set of springs.
+        weights: Of a point of a body: the parts that its place has of the nodes of its element,
+            which are ``nodes``, shape (node,).
+        of_points: And the parts that its numbers have of those at the points of the element,
+            shape (point,).
     """
 
     name: str
     nodes: Indices | None
     springs: Indices
     is_springs: bool = False
+    weights: Floats | None = None
+    of_points: Floats | None = None
 
 
 class Measure(Protocol):
@@ -48,6 +54,7 @@ class Measure(Protocol):
     of ``NEEDS``. Without it, the measure would always be 0, which is reported.
 
     A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
+    What has a value at a point of a body has ``at_points = True``.
     What is 0 wherever contact is off has ``of_contact = True``, and what can be measured of
     scissors ``feels_blades = True``. What needs the energies of the run has ``needs_ledger =
     True``.

@@ -11,7 +11,7 @@ from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, one_column
-from tissuec.script.measures.points import at_points
+from tissuec.script.measures.points import at_point, at_points
 from tissuec.script.measures.snapshot import Snapshot
 
 
@@ -49,9 +49,12 @@ class Strain(ScalarMeasure):
     dimension = units.NUMBER
     takes = "any"
     needs = ("strained",)
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        if subjects[0].of_points is not None:
+            return one_column(at_point(snapshot, subjects[0], _largest_strain), snapshot)
         springs, state = snapshot.intact(subjects[0]), snapshot.state
         springs = springs[~state.network.edges[springs]]
         rest = observables.rest_lengths(state, snapshot.velocity, springs)

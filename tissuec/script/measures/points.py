@@ -3,7 +3,7 @@
 Shared arguments:
     snapshot: At one time or several.
     numbers: Takes elements, which recall what they remember, and positions of all nodes [m],
-        shape (node, 3); returns numbers in any unit, shape (element, point).
+        shape (node, 3); returns numbers in any unit, shape (element, point, …).
 """
 
 from collections.abc import Callable, Iterator
@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from tissuec.model.network import Floats, Indices
+from tissuec.script.measures import Subject
 from tissuec.script.measures.snapshot import Snapshot
 
 PointNumbers: TypeAlias = Callable[[Any, Floats], Floats]
@@ -35,20 +36,40 @@ def at_points(
         nodes: Shape (node,).
 
     Returns:
-        Numbers, shape (…, n), and the volumes of the points as drawn [m³], shape (n,).
+        Numbers, shape (…, n, …), and the volumes of the points as drawn [m³], shape (n,). There
+        are no further axes where no element is left.
     """
     times = np.shape(snapshot.time)
-    parts, volumes = [np.zeros((*times, 0))], [np.zeros(0)]
+    found: list[Floats] = []
+    volumes = [np.zeros(0)]
     for field in snapshot.state.elements:
         elements, used = field.intact(snapshot.state.alive).inside(nodes)
-        volume = elements.shares.sum(axis=2)
-        found = np.empty((int(np.prod(times)), *volume.shape))
-        for row, places, speeds in _states(snapshot):
-            for part, own in elements.recalling(speeds).in_blocks():
-                found[row, part] = numbers(own, places[used])
-        parts.append(found.reshape(*times, -1))
-        volumes.append(volume.ravel())
-    return np.concatenate(parts, axis=-1), np.concatenate(volumes)
+        if not elements.item_count:
+            continue
+        rows = [
+            np.concatenate([
+                numbers(own, places[used])
+                for _, own in elements.recalling(speeds).in_blocks()
+            ])
+            for _, places, speeds in _states(snapshot)
+        ]  # fmt: skip
+        each = np.stack(rows)
+        found.append(each.reshape(*times, -1, *each.shape[3:]))
+        volumes.append(elements.shares.sum(axis=2).ravel())
+    if not found:
+        return np.zeros((*times, 0)), volumes[0]
+    return np.concatenate(found, axis=len(times)), np.concatenate(volumes)
+
+
+def at_point(snapshot: Snapshot, subject: Subject, numbers: PointNumbers) -> Floats | float:
+    """Return a number at a point of a body, from those at the points of its element.
+
+    It has the unit of the numbers and the shape (…, …); it is 0 once the element is lost.
+    """
+    assert subject.nodes is not None and subject.of_points is not None
+    own, volumes = at_points(snapshot, subject.nodes, numbers)
+    times = np.ndim(snapshot.time)
+    return np.tensordot(own, subject.of_points, (times, 0)) if len(volumes) else 0.0
 
 
 def around_nodes(snapshot: Snapshot, numbers: PointNumbers) -> Floats:

@@ -20,13 +20,11 @@ class Position(VectorMeasure):
 
     form = "position(A)"
     dimension = units.LENGTH
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        nodes = snapshot.nodes(subjects[0])
-        if not len(nodes):
-            return np.full((*np.shape(snapshot.time), 3), np.nan)
-        return snapshot.position[..., nodes, :].mean(axis=-2)
+        return snapshot.mean(subjects[0], snapshot.position)
 
 
 @MEASURES.member("speed")
@@ -36,9 +34,13 @@ class Speed(ScalarMeasure):
     form = "speed(A)"
     dimension = units.VELOCITY
     needs = ("motion",)
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        if subjects[0].weights is not None:
+            own = snapshot.mean(subjects[0], snapshot.velocity)
+            return one_column(np.linalg.norm(own, axis=-1), snapshot)
         velocity = snapshot.velocity[..., snapshot.nodes(subjects[0]), :]
         speed = np.linalg.norm(velocity, axis=-1)
         return one_column(speed.max(axis=-1, initial=0.0), snapshot)
@@ -51,6 +53,7 @@ class Distance(ScalarMeasure):
     form = "distance(A, B)"
     dimension = units.LENGTH
     subjects = 2
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -126,6 +126,21 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
             return subject.nodes
         return self.state.holders.get(subject.name, _NOTHING)
 
+    def mean(self, subject: "Subject", at_nodes: Floats) -> Floats:
+        """Return the mean of the nodes of a subject, or what a point has of them.
+
+        It is in the unit of the numbers, shape (…, column); NaN without nodes.
+
+        Args:
+            at_nodes: Numbers of all nodes, shape (…, node, column).
+        """
+        nodes = self.nodes(subject)
+        if not len(nodes):
+            return np.full((*at_nodes.shape[:-2], at_nodes.shape[-1]), np.nan)
+        if subject.weights is not None:
+            return np.einsum("a,...ak->...k", subject.weights, at_nodes[..., nodes, :])
+        return at_nodes[..., nodes, :].mean(axis=-2)
+
     def springs(self, subject: "Subject") -> Indices:
         """Return the springs of a subject, shape (n,).
 

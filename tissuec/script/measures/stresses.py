@@ -1,6 +1,7 @@
 """Stress of elements, its largest and smallest principal values, and permanent strain."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from tissuec.mechanics.deformation import COMPONENTS, six, symmetric, von_mises
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import DirectedMeasure, ScalarMeasure, one_column
-from tissuec.script.measures.points import around_nodes
+from tissuec.script.measures.points import around_nodes, at_point
 from tissuec.script.measures.snapshot import Snapshot
 
 
@@ -20,6 +21,9 @@ def mean_stress(subject: Subject, snapshot: Snapshot) -> Floats:
     element is left. What is viscous is left out.
     """
     times = np.shape(snapshot.time)
+    if subject.of_points is not None:
+        own = at_point(snapshot, subject, lambda own, places: own.stresses(places))
+        return np.broadcast_to(own, (*times, 3, 3))
     nodes = snapshot.nodes(subject)
     position, velocity = (
         each.reshape(-1, *each.shape[-2:]) for each in (snapshot.position, snapshot.velocity)
@@ -54,6 +58,7 @@ class Stress(DirectedMeasure):
     form = "stress(A)"
     dimension = units.PRESSURE
     needs = ("elements",)
+    at_points = True
 
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
@@ -83,6 +88,7 @@ class LargestPrincipalStress(ScalarMeasure):
     form = "largest principal stress(A)"
     dimension = units.PRESSURE
     needs = ("elements",)
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -101,6 +107,7 @@ class SmallestPrincipalStress(ScalarMeasure):
     form = "smallest principal stress(A)"
     dimension = units.PRESSURE
     needs = ("elements",)
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
@@ -120,9 +127,16 @@ class PlasticStrain(ScalarMeasure):
     form = "plastic strain(A)"
     dimension = units.NUMBER
     needs = ("elements", "yielding")
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        if subjects[0].of_points is not None:
+            return one_column(at_point(snapshot, subjects[0], _plastic_strains), snapshot)
         nodes = snapshot.nodes(subjects[0])
-        own = around_nodes(snapshot, lambda own, _: own.plastic_strains)[..., nodes]
+        own = around_nodes(snapshot, _plastic_strains)[..., nodes]
         return one_column(own.max(axis=-1, initial=0.0), snapshot)
+
+
+def _plastic_strains(elements: Any, position: Floats) -> Floats:
+    return elements.plastic_strains

@@ -49,6 +49,7 @@ class Pressure(ScalarMeasure):
     form = "pressure(A)"
     dimension = units.PRESSURE
     needs = ("pressure",)
+    at_points = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
