@@ -4,6 +4,7 @@ import struct
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from tissuec.meshes.generators.sphere import divide, icosahedron
@@ -168,6 +169,18 @@ def write_vtu(path: Path, position, cells, parts=None):
     )
 
 
+def write_vtkhdf(path: Path, position, cells):
+    """Write VTKHDF without steps."""
+    with h5py.File(path, "w") as file:
+        group = file.create_group("VTKHDF")
+        group.attrs["Type"] = np.bytes_("UnstructuredGrid")
+        group["NumberOfPoints"], group["NumberOfCells"] = [len(position)], [len(cells)]
+        group["NumberOfConnectivityIds"] = [cells.size]
+        group["Points"], group["Connectivity"] = position, cells.ravel()
+        group["Offsets"] = cells.shape[1] * np.arange(len(cells) + 1)
+        group["Types"] = np.full(len(cells), NAMES[cells.shape[1]][1], dtype="u1")
+
+
 def write_msh(path: Path, position, cells, group=""):
     """Write Gmsh's format 2.2; the second half of the cells is a physical group."""
     kind = NAMES[cells.shape[1]][2]
@@ -321,6 +334,7 @@ WRITERS = {
     "newbinary.vtk": lambda *a: write_vtk(*a, version="5.1", binary=True),
     "organ.vtu": write_vtu,
     "organ.vtp": write_vtp,
+    "organ.vtkhdf": write_vtkhdf,
     "organ.off": write_off,
     "organ.mesh": write_mesh,
     "organ.inp": write_inp,

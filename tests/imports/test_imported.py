@@ -469,8 +469,8 @@ def test_exact_refusals(tmp_path):
             "x",
             'the format ".step" is not supported | make a mesh of it first, such as with Gmsh: '
             'gmsh "organ.step" -3 -o "organ.msh"  '
-            "formats: .feb, .inp, .mesh, .msh, .obj, .off, .ply, .stl, .vtk, .vtp, .vtu, "
-            ".nrrd, .nhdr, .nii, .nii.gz",
+            "formats: .feb, .inp, .mesh, .msh, .obj, .off, .ply, .stl, .vtk, .vtkhdf, .vtp, "
+            ".vtu, .nrrd, .nhdr, .nii, .nii.gz",
         ),
         "grid.vtk": (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n",
@@ -488,8 +488,8 @@ def test_exact_refusals(tmp_path):
             '<VTKFile type="StructuredGrid"/>',
             'the format ".vts" is not supported | write its cells one by one, in Python with '
             'pyvista: pyvista.read("lobe.vts").cast_to_unstructured_grid().save("lobe.vtu")  '
-            "formats: .feb, .inp, .mesh, .msh, .obj, .off, .ply, .stl, .vtk, .vtp, .vtu, "
-            ".nrrd, .nhdr, .nii, .nii.gz",
+            "formats: .feb, .inp, .mesh, .msh, .obj, .off, .ply, .stl, .vtk, .vtkhdf, .vtp, "
+            ".vtu, .nrrd, .nhdr, .nii, .nii.gz",
         ),
         "renamed.vtu": (
             '<VTKFile type="StructuredGrid"><StructuredGrid/></VTKFile>',

@@ -1,5 +1,6 @@
 """Solids are volume cells in ParaView and PyVista: filled, whole, and of the right size."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -7,6 +8,8 @@ import tissuec
 from tests.every import every
 from tests.vtk_reading import BRICK, HEXAHEDRON, TETRAHEDRON, WEDGE, opened
 from tissuec.geometry.elements import CUBE, CUBE_27, MIDDLES, SHAPES
+from tissuec.meshes.formats import FormatError
+from tissuec.meshes.formats import read as read_mesh
 from tissuec.results.element_cells import TYPES
 from tissuec.results.export import frame_shape
 from tissuec.results.shapes import write_vtu
@@ -180,3 +183,119 @@ def test_an_exported_frame_is_the_same(runs, kind, tmp_path):
         assert np.array_equal(one.cells, other.cells)
         assert np.array_equal(one.celltypes, other.celltypes)
         assert np.array_equal(one["velocity"], other["velocity"])
+
+
+IMPORTED = """language 1
+{gel}
+body block {{ mesh is imported {{ file "{file}" in m }}; tissue is gel; {made} }}
+set low = nodes of block where z < 0.1 mm
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{ at 0 s: fix low }}
+simulate {{ duration = 1 us; integrator is velocity verlet; step = 1 us }}
+output {{ trajectory every 1 us; volume(block) every 1 us }}
+"""
+
+
+@every("kind", MADE)
+def test_a_deformed_solid_is_a_mesh(runs, kind, tmp_path):
+    """Nodes, elements and volume of the last frame are those of the new body as drawn."""
+    result = runs[kind]
+    last = len(result.times) - 1
+    write_vtu(frame_shape(result, last), tmp_path / "frame.vtu")
+    result.save(tmp_path / "whole.vtkhdf")
+    for file in ("frame.vtu", "whole.vtkhdf"):
+        made = "made of quadratic elements" if kind == BRICK else "made of elements"
+        scene = saved(tmp_path, "new", IMPORTED.format(gel=GEL, file=file, made=made))
+        new = tissuec.run(scene, out=tmp_path / "new.vtkhdf", companion="off")
+        assert new.position.shape[1] == result.position.shape[1]
+        old, drawn = result.position[last], new.network.position
+        order, other = np.lexsort(np.round(old, 9).T), np.lexsort(np.round(drawn, 9).T)
+        np.testing.assert_allclose(drawn[other], old[order], rtol=0.0, atol=1e-15)
+        volumes = [
+            one.logs["volume of block"].value[n, 0] for one, n in ((result, -1), (new, 0))
+        ]
+        assert volumes[1] == pytest.approx(volumes[0], rel=1e-12)
+
+
+def by_hand(drawn, place):
+    """Return strain and neo-Hookean stress of tetrahedra with ten nodes [Pa], (cell, 6) each.
+
+    By four points, with F of the shape functions (Hammer and Stroud, 1956). The volume costs
+    0.5 K0 log² J at points and 0.5 (K - K0) log² of the mean of J, K0 = 2 μ < K.
+    """
+    shear, bulk = 10e3 / 2.6, 10e3 / (3.0 * 0.4)
+    local = min(2.0 * shear, bulk)
+    near, far = (5.0 + 3.0 * np.sqrt(5.0)) / 20.0, (5.0 - np.sqrt(5.0)) / 20.0
+    slopes = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    weights, gradients = [], []
+    for point in range(4):
+        share = np.full(4, far)
+        share[point] = near
+        natural = [(4.0 * share[a] - 1.0) * slopes[a] for a in range(4)]
+        for a, b in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)):
+            natural.append(4.0 * (share[a] * slopes[b] + share[b] * slopes[a]))
+        sides = np.einsum("eax,ak->exk", drawn, np.array(natural))
+        there = np.einsum("eax,ak->exk", place, np.array(natural))
+        gradients.append(there @ np.linalg.inv(sides))
+        weights.append(np.linalg.det(sides))
+    deformation = np.stack(gradients, axis=1)
+    share = np.stack(weights, axis=1)
+    share /= share.sum(axis=1, keepdims=True)
+    swell = np.linalg.det(deformation)
+    mean = (share * swell).sum(axis=1)[:, None]
+    left = deformation @ deformation.swapaxes(-1, -2)
+    own = left - np.trace(left, axis1=2, axis2=3)[..., None, None] / 3.0 * np.eye(3)
+    pressure = local * np.log(swell) / swell + (bulk - local) * np.log(mean) / mean
+    stress = shear * swell[..., None, None] ** (-5.0 / 3.0) * own
+    stress += pressure[..., None, None] * np.eye(3)
+    strain = 0.5 * (deformation.swapaxes(-1, -2) @ deformation - np.eye(3))
+    found = (np.einsum("eq,eqxy->exy", share, one) for one in (strain, stress))
+    return [
+        np.stack(
+            [one[:, i, i] for i in range(3)]
+            + [one[:, i, j] for i, j in ((0, 1), (1, 2), (0, 2))],
+            axis=1,
+        )
+        for one in found
+    ]
+
+
+def test_strain_and_stress_of_elements_are_those_by_hand(runs):
+    result = runs[TETRAHEDRON]
+    reader = opened(result.path.with_name(f"{TETRAHEDRON}.blocks.vtkhdf"))
+    for number in (1, len(result.times) - 1):
+        reader.SetStep(number)
+        reader.Update()
+        block = pyvista.wrap(reader.GetOutputDataObject(0).GetBlock(0))
+        cells = block.cells.reshape(COUNTS[TETRAHEDRON], -1)[:, 1:]
+        strain, stress = by_hand(result.network.position[cells], block.points[cells])
+        assert np.abs(strain).max() > 1e-3
+        scale = np.abs(stress).max()
+        np.testing.assert_allclose(block.cell_data["strain"], strain, rtol=0.0, atol=1e-13)
+        np.testing.assert_allclose(
+            block.cell_data["stress"], stress, rtol=0.0, atol=1e-12 * scale
+        )
+        for name in ("stress", "von_mises", "displacement", "region", "tissue"):
+            assert name in block.point_data
+
+
+def test_files_that_are_no_deformed_shape_are_refused(runs, tmp_path):
+    path = runs[HEXAHEDRON].path
+    named = tmp_path / "a.vtkhdf"
+
+    def refusal(data):
+        with pytest.raises(FormatError) as caught:
+            read_mesh(data, named)
+        return str(caught.value)
+
+    blocks = path.with_name(f"{HEXAHEDRON}.blocks.vtkhdf").read_bytes()
+    assert refusal(blocks) == 'it contains "MultiBlockDataSet", not "UnstructuredGrid"'
+    assert refusal(path.read_bytes()[:20_000]).startswith("it cannot be read: ")
+    with h5py.File(named, "w") as file:
+        file["other"] = 1
+    assert refusal(named.read_bytes()) == "it is an HDF5 file without the group VTKHDF"
+    text = scene(HEXAHEDRON).replace("trajectory every 2 ms; ", "").replace("; blocks", "")
+    still = tissuec.run(text, out=tmp_path / "still.vtkhdf", companion="off")
+    assert refusal(still.path.read_bytes()) == (
+        "it contains no frame, because its scene records no trajectory"
+    )

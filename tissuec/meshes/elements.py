@@ -15,6 +15,7 @@ from tissuec.core.structs import replace
 from tissuec.geometry.divisions import volumes
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.elements import GRID, MIDDLES, SHAPES, TRIQUADRATIC, ElementShape
+from tissuec.meshes.between import BetweenNodes
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs
@@ -40,6 +41,7 @@ def mesh_of_cells(
     tetrahedra: Indices,
     groups: Mapping[str, Indices],
     divided: Indices | None = None,
+    between: BetweenNodes | None = None,
 ) -> Mesh:
     """Return the mesh whose elements are given cells.
 
@@ -54,6 +56,7 @@ def mesh_of_cells(
         groups: Corners by the name of their group; the node in the middle of an edge joins the
             groups that have both ends.
         divided: Corners of tetrahedra that divide all cells, shape (tetrahedron, 4).
+        between: Nodes of curved cells that are no corners [m]; all others lie halfway.
 
     Raises:
         FormatError: An element is flat or folded, or more than two share a face.
@@ -64,6 +67,7 @@ def mesh_of_cells(
     number = np.full(len(position), -1)
     number[used] = np.arange(len(used))
     position = position[used]
+    between = BetweenNodes.none() if between is None else between.renumbered(number)
     groups = {name: number[nodes][number[nodes] >= 0] for name, nodes in groups.items()}
     elements = [
         ElementMesh(name, _turned(name, position, number[nodes]))
@@ -73,9 +77,10 @@ def mesh_of_cells(
     if "tetrahedron" in cells:
         *others, last = elements
         remarks = poor_ones(position, last.nodes)
-        position, nodes, groups = _with_middles(position, last.nodes, groups)
+        position, nodes, groups = _with_middles(position, last.nodes, groups, between)
         elements = [*others, replace(last, nodes=nodes)]
-    mesh = replace(mesh_of_elements(position, elements, groups), remarks=tuple(remarks))
+    mesh = mesh_of_elements(position, elements, groups)
+    mesh = replace(mesh, remarks=tuple(remarks), between=between)
     return mesh if divided is None else replace(mesh, tetrahedra=number[divided])
 
 
@@ -95,7 +100,7 @@ def _turned(name: str, position: Floats, nodes: Indices) -> Indices:
 
 
 def _with_middles(
-    position: Floats, corners: Indices, groups: Mapping[str, Indices]
+    position: Floats, corners: Indices, groups: Mapping[str, Indices], between: BetweenNodes
 ) -> tuple[Floats, Indices, Mapping[str, Indices]]:
     """Return positions, tetrahedra with ten nodes, and groups with nodes in middles of edges.
 
@@ -112,7 +117,8 @@ def _with_middles(
         middles = count + np.flatnonzero(inside[ends].all(axis=1))
         found[name] = np.concatenate([nodes, middles])
     middle = count + edge.reshape(-1, len(MIDDLES))
-    every = np.concatenate([position, position[ends].mean(axis=1)])
+    halfway = between.places(ends, position[ends].mean(axis=1))
+    every = np.concatenate([position, halfway])
     return every, np.concatenate([corners, middle], axis=1), found
 
 

@@ -5,11 +5,11 @@ cell has them, so that bodies keep their shape.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
 from tissuec.geometry.edges import Floats, Indices
-from tissuec.geometry.elements import CUBE, CUBE_27, trilinear
+from tissuec.geometry.elements import CUBE_27, trilinear
+from tissuec.meshes.between import keys_of
 from tissuec.meshes.elements import mesh_of_elements
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
@@ -33,14 +33,12 @@ def with_middles(mesh: Mesh) -> Mesh:
         raise FormatError("only hexahedra can be quadratic, and it has wedges", _HINT)
     (one,) = mesh.elements
     count = len(mesh.position)
-    between = [np.flatnonzero(each) for each in _between()]
-    keys = np.full((len(one.nodes), len(between), 8), -1)
-    for k, corners in enumerate(between):
-        keys[:, k, : len(corners)] = np.sort(one.nodes[:, corners], axis=1)
+    keys = keys_of(one.nodes)
     found, number = np.unique(keys.reshape(-1, 8), axis=0, return_inverse=True)
     used = found >= 0
     middle = np.where(used[..., None], mesh.position[found], 0.0).sum(axis=1)
     middle /= used.sum(axis=1)[:, None]
+    middle = mesh.between.places(found, middle)
     groups: dict[str, Indices] = {}
     for name, nodes in mesh.groups.items():
         inside = np.zeros(count, dtype=bool)
@@ -70,8 +68,3 @@ def with_middles_between(mesh: Mesh, position: Floats) -> Floats:
             corners = position[one.nodes[:, :8]]
             position[one.nodes[:, 8:]] = np.einsum("qa,eak->eqk", values, corners)
     return position
-
-
-def _between() -> NDArray[np.bool_]:
-    """Return which corners the nodes 8 to 26 are between, shape (19, 8)."""
-    return np.asarray((CUBE_27[8:, None] * CUBE >= 0.0).all(axis=2))

@@ -26,6 +26,7 @@ from tissuec.core.structs import replace
 from tissuec.geometry.divisions import CrossingError, triangles_of
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.geometry.inside import Overlap, depths
+from tissuec.meshes.between import BetweenNodes
 from tissuec.meshes.formats import FormatError, MeshCells, RawMesh
 from tissuec.model.topology import pieces
 
@@ -108,6 +109,7 @@ class RepairedMesh(Struct, frozen=True, eq=False):
         groups: Nodes of each named part or set of nodes, by name, ascending.
         remarks: What was repaired or remains wrong, in words, with counts.
         part_cells: The volume cells of the named parts.
+        between: Nodes of curved cells that are no corners [m].
     """
 
     position: Floats
@@ -121,6 +123,7 @@ class RepairedMesh(Struct, frozen=True, eq=False):
     groups: Mapping[str, Indices]
     remarks: tuple[str, ...]
     part_cells: PartCells
+    between: BetweenNodes = field(default_factory=BetweenNodes.none)
 
     @property
     def is_volume(self) -> bool:
@@ -133,6 +136,7 @@ class _Draft(Struct):
     position: Floats
     cells: list[MeshCells]
     groups: dict[str, Indices]
+    between: BetweenNodes
     remarks: list[str] = field(default_factory=list[str])
 
 
@@ -155,7 +159,8 @@ def repair(
     groups = {name: _nodes_of(raw, elements) for name, elements in raw.parts.items()}
     for name, nodes in raw.groups.items():
         groups[name] = np.concatenate([groups.get(name, nodes[:0]), nodes])
-    draft = _Draft(raw.position * scale, list(raw.cells), groups, list(raw.remarks))
+    between = raw.between.scaled(scale)
+    draft = _Draft(raw.position * scale, list(raw.cells), groups, between, list(raw.remarks))
     _check(draft, raw)
     _divide_polygons(draft)
     _drop_unused(draft, raw, is_whole=part is None)
@@ -179,6 +184,7 @@ def repair(
         draft.groups,
         (*draft.remarks, *remarks),
         _part_cells(draft, raw.parts),
+        draft.between,
     )
 
 
@@ -282,8 +288,8 @@ def _drop_unused(draft: _Draft, raw: RawMesh, *, is_whole: bool) -> None:
         draft.remarks.append(
             f"{counted(raw.curved, 'curved cell')} made straight: only corners are nodes"
         )
-    elif unused and is_whole:
-        draft.remarks.append(f"{counted(unused, 'node')} without a surface or cell removed")
+    elif (lost := unused - len(raw.between.corners)) > 0 and is_whole:
+        draft.remarks.append(f"{counted(lost, 'node')} without a surface or cell removed")
     if unused:
         number = np.full(len(draft.position), -1)
         number[used] = np.arange(len(used))
@@ -292,7 +298,7 @@ def _drop_unused(draft: _Draft, raw: RawMesh, *, is_whole: bool) -> None:
 
 def _renumber(draft: _Draft, position: Floats, number: Indices) -> None:
     """Give nodes new numbers; those of groups that have none (-1) leave them."""
-    draft.position = position
+    draft.position, draft.between = position, draft.between.renumbered(number)
     draft.cells = [replace(cells, nodes=number[cells.nodes]) for cells in draft.cells]
     for name, nodes in draft.groups.items():
         nodes = nodes[(nodes >= 0) & (nodes < len(number))]

@@ -13,6 +13,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
+from tissuec.meshes.between import BetweenNodes
 
 Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
@@ -67,6 +68,7 @@ class RawMesh(Struct, frozen=True, eq=False):
         ignored: How many lines, beams and single points there are besides.
         curved: How many cells have nodes besides their corners, which are left out.
         remarks: What else is to be reported about the file.
+        between: Nodes of tetrahedra and hexahedra that are no corners.
     """
 
     position: Floats
@@ -76,6 +78,7 @@ class RawMesh(Struct, frozen=True, eq=False):
     ignored: Mapping[str, int] = field(default_factory=dict[str, int])
     curved: int = 0
     remarks: tuple[str, ...] = ()
+    between: BetweenNodes = field(default_factory=BetweenNodes.none)
 
 
 Reader: TypeAlias = Callable[[bytes, Path], RawMesh]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
 from tissuec.core.structs import replace
+from tissuec.meshes.between import BetweenNodes
 from tissuec.meshes.formats import (
     CORNERS,
     FORMATS,
@@ -45,6 +46,8 @@ _KINDS = {
     13: "wedge", 26: "wedge", 32: "wedge", 73: "wedge",
     14: "pyramid", 27: "pyramid", 74: "pyramid",
 }  # fmt: skip
+#: Curved cells whose nodes besides the corners are kept, and how many nodes they have.
+_WHOLE = {24: 10, 29: 27}
 _ALIGNED = {8: ("quad", (0, 1, 3, 2)), 11: ("hexahedron", (0, 1, 3, 2, 4, 5, 7, 6))}
 _POLYGON, _STRIP = 7, 6
 _UNREAD = {41: "convex set of points", 42: "polyhedron"}
@@ -257,7 +260,7 @@ def of_types(
     first = np.cumsum(sizes) - sizes
     cells: list[MeshCells] = []
     ignored: dict[str, int] = {}
-    curved = 0
+    curved, between = 0, BetweenNodes.none()
     for kind in np.unique(types).tolist():
         here = np.flatnonzero(types == kind)
         if kind in _NOT_CELLS:
@@ -275,7 +278,12 @@ def of_types(
             order = order or tuple(range(CORNERS[name]))
             if sizes[here].min() < len(order):
                 raise FormatError(f"a cell of type {kind} has fewer than {len(order)} corners")
-            curved += int((sizes[here] > len(order)).sum())
+            if kind in _WHOLE and (sizes[here] == _WHOLE[kind]).all():
+                nodes = flat[first[here][:, None] + np.arange(_WHOLE[kind])]
+                if (nodes >= 0).all() and (nodes < len(position)).all():
+                    between = between.joined(BetweenNodes.of(nodes, position.astype(float)))
+            else:
+                curved += int((sizes[here] > len(order)).sum())
             cells.append(MeshCells(name, flat[first[here][:, None] + np.array(order)], here))
         else:
             named = f"{kind} ({_UNREAD[kind]})" if kind in _UNREAD else f"{kind}"
@@ -288,7 +296,8 @@ def of_types(
     for name, values in arrays.items():
         if len(values) == len(types):
             parts |= numbered_parts(name, values)
-    return RawMesh(position.astype(float), tuple(cells), parts, {}, ignored, curved)
+    position = position.astype(float)
+    return RawMesh(position, tuple(cells), parts, {}, ignored, curved, between=between)
 
 
 def _strips(flat: Indices, first: Indices, sizes: Indices, number: Indices) -> MeshCells:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tissuec.core.fields import LocatedFile
 from tissuec.core.registry import Family
 from tissuec.core.structs import replace
+from tissuec.meshes.between import BetweenNodes
 from tissuec.model.network import Grid
 
 _ALIKE = 1e-6  # relative difference of lengths that are equal, far from the origin as well
@@ -60,6 +61,7 @@ class Mesh(Struct, frozen=True, eq=False):
             enlarged to have its volume; otherwise None.
         origin: Where it was read from; None for what is generated.
         remarks: What its author should know about it.
+        between: Of elements from a file, nodes that are no corners [m].
     """
 
     position: NDArray[np.float64]
@@ -81,6 +83,7 @@ class Mesh(Struct, frozen=True, eq=False):
     )
     sheets: tuple[NDArray[np.int64], ...] = ()
     on_shape: NDArray[np.float64] | None = None
+    between: BetweenNodes = field(default_factory=BetweenNodes.none)
 
     @property
     def even_grid(self) -> Grid | None:

@@ -283,7 +283,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             bricks, tetrahedra = self._cells(filling)
             groups = self._groups(filling)
             mesh = mesh_of_cells(
-                position, bricks, tetrahedra, groups, self._tetrahedra(filling)
+                position, bricks, tetrahedra, groups, self._tetrahedra(filling), shape.between
             )
             shapes = [cells for cells in (*bricks.values(), tetrahedra) if len(cells)]
             members = [shape.part_cells.members(cells, groups) for cells in shapes]
