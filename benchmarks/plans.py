@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 import click
-from msgspec import Struct, to_builtins
+from msgspec import Struct
 
 from benchmarks.processes import seconds_of_run
 from benchmarks.publishing import json_option, publish, tell
@@ -55,8 +55,8 @@ def main(scenes: tuple[Path, ...], repeats: int, as_json: bool) -> None:
         for one in found
     ]  # fmt: skip
     document = [
-        {"scene": one.scene, "measured": one.measured, "ratio": one.ratio}
-        | {"cost": to_builtins(one.cost._asdict())}
+        {"scene": one.scene, "measured": one.measured, "ratio": float(one.ratio)}
+        | {"cost": {part: float(seconds) for part, seconds in one.cost._asdict().items()}}
         for one in found
     ]
     publish("plans", {"plans": table(heads, rows)}, document=document if as_json else None)
