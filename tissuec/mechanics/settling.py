@@ -55,7 +55,7 @@ WAYS = 4  # softest motions that are looked at where an equilibrium is unstable
 SEARCHED = 600  # free nodes of a net at most for this search, which takes 25 s in 16³ cells
 EVENLY = 1e-6  # of a way: a part along a motion that is no more than rounding
 LANDING = 20  # halvings of the step in which a piece that falls touches something
-FOLLOWS = 1e-2  # of the motion of holders: how far free nodes have moved that wait for it
+FOLLOWS = 0.1  # of the motion of holders: how far free nodes have moved that wait for it
 
 
 class Unsettled(Exception):
