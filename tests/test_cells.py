@@ -232,7 +232,7 @@ def test_a_single_torn_edge_opens_the_cells_around_it():
     net, enclosure = block(reach="nearest neighbours")
     middle = net.position[net.springs.ends].mean(axis=1) * 1e3
     for place, cells in (((5, 5, 2.5), 4), ((0, 5, 2.5), 2), ((0, 0, 2.5), 1)):
-        alive = np.ones(net.spring_count, dtype=bool)
+        alive = np.ones(net.entity_count, dtype=bool)
         (edge,) = np.flatnonzero(np.abs(middle - place).max(axis=1) < 1e-6)
         alive[edge] = False
         torn = enclosure.lost_items(alive)

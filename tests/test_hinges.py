@@ -15,7 +15,7 @@ from tissuec.matter.plate import plate
 from tissuec.mechanics.observables import inner_forces
 from tissuec.mechanics.settling import settle
 from tissuec.meshes.generators.tube import Tube
-from tissuec.model.topology import springs_between
+from tissuec.model.topology import PairIndex
 from tissuec.validate.forces.bending import Folding, turned_hinges
 
 SIZE = 0.01
@@ -30,7 +30,7 @@ def shell(stiffness=1e-4, damping=0.0, **more):
     mesh = TUBE.build()
     found = plate(mesh)
     sides = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
-    walls, which = springs_between(mesh.ends, found.nodes[:, sides].reshape(-1, 2))
+    walls, which = PairIndex(mesh.ends).between(found.nodes[:, sides].reshape(-1, 2))
     uneven = 1.0 + 0.2 * np.sin(np.arange(len(found.nodes)))
     hinges = hinges_at(
         mesh.position,
@@ -184,7 +184,7 @@ def test_a_shell_settles_where_all_forces_balance():
 def test_a_hinge_gives_way_where_a_spring_is_missing_and_others_stay():
     net = shell()
     hinges = net.hinges
-    alive = np.ones(net.spring_count, dtype=bool)
+    alive = np.ones(net.entity_count, dtype=bool)
     assert hinges.intact(alive) is hinges
     alive[20] = False
     left = hinges.intact(alive)

@@ -69,7 +69,7 @@ def net_of(*parts, tip=(0.0, 0.0, 0.02), direction=DOWN, ends=(), **numbers):
 def jet_in(net, *, nodes=None, growth=0.0, profile=ON, flow=FLOW, bore=BORE):
     nodes = np.arange(net.body_nodes) if nodes is None else nodes
     width = finest_width(net, nodes, bore)
-    skin = JetSurface.of(net, nodes, width, np.ones(net.spring_count, dtype=bool))
+    skin = JetSurface.of(net, nodes, width, np.ones(net.entity_count, dtype=bool))
     opening = np.arange(net.body_nodes, net.node_count)
     return Jet("nozzle", "", opening, bore, WATER, growth, width, flow, profile, skin, span())
 

@@ -224,8 +224,8 @@ def lowered_on_a_tear():
     alive, skin = network.present.copy(), network.skin_of(network.bodies[0])
     middle = network.position[skin].mean(axis=1)
     torn = int(np.argmin(np.linalg.norm(middle - [6e-3, 6e-3, 8e-3], axis=1)))
-    assert network.skin_marks is not None
-    alive[network.skin_marks[torn]] = False
+    assert network.skin_elements is not None
+    alive[network.skin_elements[torn]] = False
     return network, position, velocity, alive
 
 

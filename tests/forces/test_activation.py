@@ -143,7 +143,7 @@ def test_only_elements_within_a_set_are_active():
 
 def test_elements_that_are_cut_no_longer_pull():
     network = network_of("block")
-    field, alive = active(network), np.ones(network.spring_count, dtype=bool)
+    field, alive = active(network), np.ones(network.entity_count, dtype=bool)
     alive[field.walls[field.walled == 3][0]] = False
     assert 0 < field.intact(alive).item_count < field.item_count
     assert 3 in field.lost_items(alive)

@@ -54,10 +54,7 @@ def made_of(shape, places, nodes, poisson, law=None, **more):
         np.full(count, shear), np.full(count, bulk), np.zeros(count), np.zeros(count, int),
         (law or NeoHookean(),), **more,
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
-    return kind_of(SHAPES[shape]).of(
-        "bar", SHAPES[shape], nodes, places, material, none, 0, SPAN
-    )
+    return kind_of(SHAPES[shape]).of("bar", SHAPES[shape], nodes, places, material, 0, SPAN)
 
 
 def matrix_at(elements, places):

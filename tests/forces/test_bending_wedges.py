@@ -238,8 +238,7 @@ def straight(places, nodes, poisson):
         np.full(count, shear), np.full(count, bulk), np.zeros(count), np.zeros(count, int),
         (NeoHookean(),),
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
-    return SolidElements.of("bar", SHAPES["wedge"], nodes, places, material, none, 0, SPAN)
+    return SolidElements.of("bar", SHAPES["wedge"], nodes, places, material, 0, SPAN)
 
 
 def largest(places, nodes, poisson):

@@ -29,11 +29,10 @@ def breakable(name, law, *, cells=2, strain=NONE, stress=NONE, toughness=NONE, *
     material = SolidMaterial(
         np.full(count, SHEAR), np.full(count, BULK), np.zeros(count),
         np.zeros(count, dtype=np.int64), (law,),
-        limits=ElementLimits(*limits, np.arange(count)), **more,
+        limits=ElementLimits(*limits), **more,
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
     return kind_of(SHAPES[name]).of(
-        "cube", SHAPES[name], nodes, position, material, none, 0, SPAN
+        "cube", SHAPES[name], nodes, position, material, 0, SPAN
     ), position
 
 
@@ -127,7 +126,7 @@ def test_what_has_no_limit_does_not_break():
     made, position = breakable("hexahedron", NeoHookean())
     assert made.breakable is None
     some = made.limits._replace(strain=np.where(np.arange(8) == 5, 0.2, np.inf))
-    made = replace(made, limits=some._replace(marks=np.arange(100, 108)))
+    made = replace(made, limits=some, walls=np.arange(100, 108))
     assert made.breakable.broken(1.3 * position).tolist() == [105]
     assert made.breakable.broken(1.1 * position).tolist() == []
 

@@ -90,12 +90,7 @@ def solid(name, law, *, viscosity=0.0, has_fibres=False, **more):
         SHEAR * part, BULK * part, viscosity * part, np.zeros(count, dtype=np.int64), (law,),
         fibres_of(count) if has_fibres else None,
     )  # fmt: skip
-    ends = np.unique(
-        np.sort(nodes[:, SHAPES[name].edges].reshape(-1, 2), axis=1), axis=0
-    ).astype(np.int32)
-    made = kind_of(SHAPES[name]).of(
-        "liver", SHAPES[name], nodes, position, material, ends, 0, SPAN
-    )
+    made = kind_of(SHAPES[name]).of("liver", SHAPES[name], nodes, position, material, 0, SPAN)
     return made, position
 
 
@@ -254,10 +249,7 @@ def test_uniform_strain_is_in_equilibrium_in_any_mesh(name, way):
         np.full(count, SHEAR), np.full(count, BULK), np.zeros(count),
         np.zeros(count, dtype=np.int64), (Yeoh(0.6, 1.8),),
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
-    made = kind_of(SHAPES[name]).of(
-        "cube", SHAPES[name], nodes, position, material, none, 0, SPAN
-    )
+    made = kind_of(SHAPES[name]).of("cube", SHAPES[name], nodes, position, material, 0, SPAN)
     found, _ = uniform(made, position, 1.1 * STRETCHES[way])
     inner = ((position > 1e-9) & (position < 0.02 - 1e-9)).all(axis=1)
     # The forces on a node are sums of as many terms of the size of the largest one.
@@ -312,10 +304,7 @@ def test_each_law_gives_its_stress_in_any_mode(name, cells, way, law):
         np.full(count, SHEAR), np.full(count, 1e3 * SHEAR), np.zeros(count),
         np.zeros(count, dtype=np.int64), (law,),
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
-    made = kind_of(SHAPES[name]).of(
-        "cube", SHAPES[name], nodes, position, material, none, 0, SPAN
-    )
+    made = kind_of(SHAPES[name]).of("cube", SHAPES[name], nodes, position, material, 0, SPAN)
     f = STRETCHES[way]
     _, stress = uniform(made, position, f)
     expected = principal(law, f @ f.T)
@@ -351,11 +340,11 @@ def test_fibres_add_four_times_k1_along_them(name, dispersion):
                          np.full(count, 3.0), np.full(count, dispersion))  # fmt: skip
     modulus = 4.0 * 7e3 * (1.0 - 3.0 * dispersion) ** 2
     np.testing.assert_allclose(fibres.modulus, modulus, rtol=1e-14)
-    none, law = np.zeros((0, 2), dtype=np.int32), np.zeros(count, dtype=np.int64)
+    law = np.zeros(count, dtype=np.int64)
     bare, fibred = (
         kind_of(SHAPES[name]).of("muscle", SHAPES[name], nodes, position,
             SolidMaterial(np.full(count, SHEAR), np.full(count, BULK), np.zeros(count), law,
-                          (NeoHookean(),), each), none, 0, SPAN,
+                          (NeoHookean(),), each), 0, SPAN,
         )
         for each in (None, fibres)
     )  # fmt: skip
@@ -452,11 +441,8 @@ def test_elements_that_are_inside_out_are_refused(name):
         turned[0] = nodes[0, MIRRORED[QUADRATIC]]
     material = SolidMaterial(*np.full((3, len(nodes)), 1e3), np.zeros(len(nodes), int),
                              (NeoHookean(),))  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
     with pytest.raises(ValueError, match=f"{name} 0 is flat or inside out"):
-        kind_of(SHAPES[name]).of(
-            "cube", SHAPES[name], turned, position, material, none, 0, SPAN
-        )
+        kind_of(SHAPES[name]).of("cube", SHAPES[name], turned, position, material, 0, SPAN)
 
 
 @pytest.mark.parametrize("name", SHAPES)

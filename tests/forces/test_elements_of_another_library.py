@@ -34,11 +34,10 @@ def test_forces_and_matrices_are_those_of_felupe(name, poisson, size):
         np.full(count, shear), np.full(count, bulk), np.zeros(count), np.zeros(count, int),
         (NeoHookean(volume="quadratic"),),
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
     is_even = name == "hexahedron"
     position = size * deformed(drawn, 0.0 if is_even else 5e-4)
     drawn = size * drawn
-    own = kind_of(SHAPES[name]).of("cube", SHAPES[name], nodes, drawn, material, none, 0, SPAN)
+    own = kind_of(SHAPES[name]).of("cube", SHAPES[name], nodes, drawn, material, 0, SPAN)
 
     kind, region = KINDS[name]
     field = felupe.Field(region(felupe.Mesh(drawn, nodes, kind)), dim=3)

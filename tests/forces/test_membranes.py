@@ -11,7 +11,7 @@ from tests.forces.test_elements import deformed
 from tissuec.core.source import Source, Span
 from tissuec.core.structs import replace
 from tissuec.forces.solids.solid_strain import SolidFibres
-from tissuec.forces.surfaces.membranes import EDGES, MembraneMaterial, Membranes
+from tissuec.forces.surfaces.membranes import MembraneMaterial, Membranes
 from tissuec.laws.solid.invariants import (
     MooneyRivlin,
     NeoHookean,
@@ -73,8 +73,7 @@ def wall(
         (law,), np.full(count, THICK), np.full(count, 1.0 / (1.0 - prestress)), axis, fibres,
         limits, branches, yielding,
     )  # fmt: skip
-    ends = np.unique(np.sort(nodes[:, EDGES].reshape(-1, 2), axis=1), axis=0).astype(np.int32)
-    return Membranes.of("skin", nodes, position, material, ends, 0, SPAN), position
+    return Membranes.of("skin", nodes, position, material, 0, SPAN), position
 
 
 CASES = [(law, ratio, False) for law in LAWS for ratio in RATIOS]
@@ -291,7 +290,7 @@ def test_a_wider_tube_needs_the_pressure_of_laplace(law):
         SHEAR * even, bulk_of(0.49999) * even, 0.0 * even, np.zeros(len(nodes), dtype=np.int64),
         (law,), THICK * even, even,
     )  # fmt: skip
-    made = Membranes.of("tube", nodes, x, material, mesh.ends, 0, SPAN)
+    made = Membranes.of("tube", nodes, x, material, 0, SPAN)
     ring = np.arange(2 * sides, 3 * sides)
     for stretch in (0.9, 1.1, 1.6, 2.5):
         wide = x * [1.0, stretch, stretch]
@@ -382,7 +381,7 @@ def test_a_triangle_without_an_area_is_refused():
         *np.full((3, 1), SHEAR), np.zeros(1, int), (NeoHookean(),), *np.full((2, 1), 0.1)
     )
     with pytest.raises(ValueError, match="triangle 0 has no area"):
-        Membranes.of("a", np.array([[0, 1, 1]]), drawn, material, np.zeros((0, 2), np.int32),
+        Membranes.of("a", np.array([[0, 1, 1]]), drawn, material,
                      0, SPAN)  # fmt: skip
 
 

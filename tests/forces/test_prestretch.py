@@ -38,10 +38,7 @@ def solid(name, law, prestretch, *, fibres=None, viscosity=0.0, displaced=0.15, 
     material = SolidMaterial(
         *moduli, np.zeros(count, dtype=np.int64), (law,), fibres and fibres(count), stretched
     )
-    none = np.zeros((0, 2), dtype=np.int32)
-    made = kind_of(SHAPES[name]).of(
-        "skin", SHAPES[name], nodes, position, material, none, 0, SPAN
-    )
+    made = kind_of(SHAPES[name]).of("skin", SHAPES[name], nodes, position, material, 0, SPAN)
     return made, position
 
 

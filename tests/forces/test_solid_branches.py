@@ -42,10 +42,7 @@ def solid(name, *, cells=1, displaced=0.15, viscosity=0.0):
         (MooneyRivlin(0.3),),
         prestretch=Prestretch(np.array([0.0, 0.6, 0.8]), False, 1.02 * some), branches=branches,
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
-    made = kind_of(SHAPES[name]).of(
-        "brain", SHAPES[name], nodes, position, material, none, 0, SPAN
-    )
+    made = kind_of(SHAPES[name]).of("brain", SHAPES[name], nodes, position, material, 0, SPAN)
     return with_hidden_nodes(made, position)
 
 

@@ -53,10 +53,7 @@ def solid(name, law=LAWS[1], *, cells=1, viscosity=0.0, fibred=True, branched=Tr
         branches=branches if branched else None,
         yielding=ElementYield.new(LIMIT * some * flows, VISCOSITY * some * flows),
     )  # fmt: skip
-    none = np.zeros((0, 2), dtype=np.int32)
-    made = kind_of(SHAPES[name]).of(
-        "clay", SHAPES[name], nodes, position, material, none, 0, SPAN
-    )
+    made = kind_of(SHAPES[name]).of("clay", SHAPES[name], nodes, position, material, 0, SPAN)
     return with_hidden_nodes(made, position)
 
 

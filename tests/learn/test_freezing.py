@@ -135,7 +135,7 @@ def test_derivatives_are_those_of_the_frozen_motion(folder, name, method, step):
     model = moving(
         compiled, adjusts_of(compiled), measured_of(compiled), method=method, step=step
     )
-    assert model.motion.schedule.legs[-1].alive_springs.all() == (name not in BROKEN)
+    assert model.motion.schedule.legs[-1].is_alive.all() == (name not in BROKEN)
     rng = np.random.default_rng(1)
     nothing = np.zeros(model.shaping.size)
     along, weights = rng.standard_normal(len(nothing)), rng.standard_normal(model.size)

@@ -221,7 +221,7 @@ def test_a_torn_spring_opens_the_nodes_of_its_tetrahedra():
     enclosure, network = kept(compiled), compiled.network
     cells = network.bodies[0].tetrahedra
     spring = network.spring_count // 2
-    alive = np.ones(network.spring_count, dtype=bool)
+    alive = np.ones(network.entity_count, dtype=bool)
     alive[spring] = False
     has = np.isin(cells, network.springs.ends[spring]).sum(axis=1) == 2
     assert enclosure.lost_items(alive).tolist() == np.unique(cells[has]).tolist()

@@ -85,7 +85,7 @@ class Example(Struct, frozen=True):
         return {"force": self.force[rows], "tension": self.tension[rows]}
 
     def alive(self, frame):
-        alive = np.ones(self.network.spring_count, dtype=bool)
+        alive = np.ones(self.network.entity_count, dtype=bool)
         if frame >= CUT:
             alive[list(self.along)] = False
         if frame >= RUPTURE:

@@ -121,7 +121,7 @@ def test_nodes_of_tools_are_finite(compiled, tmp_path):
     network = compiled[1].network
     recording = wishes(network, compiled[1].plan)
     with ResultWriter(tmp_path / "bad.vtkhdf", network, recording, {}, "") as writer:
-        writer.topology(np.ones(network.spring_count, dtype=bool))
+        writer.topology(np.ones(network.entity_count, dtype=bool))
         place = network.position.copy()
         place[network.tools[0].nodes.start, 1] = np.nan
         still, slack = np.zeros_like(place), np.zeros(network.spring_count)

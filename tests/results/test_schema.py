@@ -124,7 +124,7 @@ def files(tmp_path_factory):
     scene = compile_request(Request(Source("scene.tis", ELEMENTS)))[0]
     recording = wishes(scene.network, scene.plan)
     with ResultWriter(folder / "kept.vtkhdf", scene.network, recording, {}, ELEMENTS) as kept:
-        kept.topology(np.ones(scene.network.spring_count, dtype=bool))
+        kept.topology(np.ones(scene.network.entity_count, dtype=bool))
         kept.checkpoint({"time": 0.0})
     return [
         folder / name for name in ("springs.vtkhdf", "elements.vtkhdf", "kept.partial.vtkhdf")

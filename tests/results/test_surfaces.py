@@ -77,7 +77,7 @@ def expected(trajectory, name, frame):
     """Return points and triangles of a surface, from the frame of the net."""
     network, series = trajectory.network, trajectory.surfaces[name]
     (body,) = (body for body in network.bodies if body.name == name)
-    alive = np.zeros(network.spring_count, dtype=bool)
+    alive = np.zeros(network.entity_count, dtype=bool)
     alive[trajectory.cells(frame).springs] = True
     smoothing = FAMILY[series.kind](**series.entries)
     refined = smoothing.refine(BodySkin.of(network, body).at(alive))

@@ -212,10 +212,10 @@ def test_conditions_count_what_broke():
     assert times[0] == times[1]  # the condition is true at once
 
 
-def test_marks_are_no_springs():
+def test_elements_are_no_springs():
     found, plain = compiled(), compiled(rupture="not allowed", output="energy every 10 ms")
     network = found.network
-    assert network.spring_count == 36 + 4
+    assert (network.spring_count, network.entity_count) == (36, 36 + 4)
     assert network.size == plain.network.size
     assert len(wishes(network, found.plan).springs) == 36
     groups = {group.name: group.indices for group in found.named_groups()}
@@ -224,7 +224,7 @@ def test_marks_are_no_springs():
     assert found.springs_of("low").max() < 36
     assert not network.springs.stiffness.any()
     assert network.owner(37).name == "strip"
-    assert network.marks_within(np.arange(network.node_count)).tolist() == [36, 37, 38, 39]
+    assert network.elements_within(np.arange(network.node_count)).tolist() == [36, 37, 38, 39]
 
 
 def test_a_result_keeps_which_elements_broke(tmp_path):
@@ -234,10 +234,10 @@ def test_a_result_keeps_which_elements_broke(tmp_path):
         assert result.finished
     with tissuec.load(path) as result:
         network = result.network
-        assert [(p.name, p.springs) for p in network.marks] == [("strip", slice(36, 40))]
+        assert [(b.name, b.elements) for b in network.bodies] == [("strip", slice(36, 40))]
         broken = [e for e in result.events if e.kind == "rupture"]
-        marks = {s for e in broken for s in e.springs if s >= network.first_mark}
-        assert marks == {37, 38}
+        elements = {s for e in broken for s in e.springs if s >= network.spring_count}
+        assert elements == {37, 38}
         # 16 triangles around the sides of both, beside those of the two that are left.
         first, last = result.cells(0), result.cells(len(result.times) - 1)
         assert len(first.triangles) - len(last.triangles) == 16
@@ -371,7 +371,6 @@ def test_what_may_rupture_needs_a_limit():
 def test_no_limit_can_be_written():
     found = compiled("breaking strain is none")
     assert not found.plan.breakable
-    assert found.network.marks
 
 
 def warnings(limit, **parts):

@@ -147,7 +147,7 @@ def test_a_triangle_that_breaks_loses_its_stress_and_its_bending():
     outcome, _ = carried_out(found)
     network, alive = found.network, outcome.state.alive
     (wall,), (plates,) = network.of_kind("membranes"), network.of_kind("plates")
-    broken = np.flatnonzero(~alive[wall.limits.marks])
+    broken = np.flatnonzero(~alive[wall.walls])
     middle = network.position[wall.nodes][..., 0].mean(axis=1)
     assert broken.tolist() == np.flatnonzero((middle > 15e-3) & (middle < 20e-3)).tolist()
     assert wall.lost_items(alive).tolist() == broken.tolist()
@@ -222,9 +222,9 @@ def test_a_ball_with_a_hole_leaks_and_nothing_touches_it_there():
     outcome, _ = carried_out(found)
     state, network = outcome.state, found.network
     (wall,) = network.of_kind("membranes")
-    broken = np.flatnonzero(~state.alive[wall.limits.marks])
+    broken = np.flatnonzero(~state.alive[wall.walls])
     assert len(broken) == 1
-    assert state.alive[: network.first_mark].all()  # no edge is lost
+    assert state.alive_springs.all()  # no edge is lost
     # Bending is lost with it and its three neighbours.
     (plates,) = network.of_kind("plates")
     shared = np.isin(wall.nodes, wall.nodes[broken]).sum(axis=1)

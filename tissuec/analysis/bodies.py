@@ -285,7 +285,7 @@ class _Examined:
             breaking=self._breaking(elasticity),
             vibrations=tuple(self._vibrations(rest, frequencies)),
             notes=tuple(self.notes),
-            elements=part.elements,
+            elements=part.element_count,
             element_quality=self._quality(),
             regions=tuple(self._regions()),
         )

@@ -178,7 +178,7 @@ def _recorded(trajectory: results.Trajectory) -> NetSize:
         if body.is_made_of_elements:
             is_edge = (springs >= body.springs.start) & (springs < body.springs.stop)
             whole = int(is_edge.sum()) == body.springs.stop - body.springs.start
-            elements += body.elements if whole else 0
+            elements += body.element_count if whole else 0
             springs = springs[~is_edge]
     return NetSize(len(trajectory.nodes), len(springs), elements)
 

@@ -64,7 +64,6 @@ from tissuec.script.verbs.tie import Tie
 
 if TYPE_CHECKING:
     from tissuec.compiler.bodies.joints import JointArrays
-    from tissuec.compiler.elements.limits import ElementMarks
     from tissuec.compiler.symmetry import WrittenPlane
     from tissuec.scene.learning.model import VocabularyFit
 
@@ -239,11 +238,12 @@ def _built(drawing: Drawing, environment: Environment, findings: Findings) -> Bo
 def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> Network:
     """Return the network of several bodies, one after the other, and of their joints."""
     nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)]).tolist()
-    marks = _marks(bodies, nodes)
-    parts: Sequence[BodyArrays | JointArrays | ElementMarks] = [*bodies, *joints, *marks]
+    parts: Sequence[BodyArrays | JointArrays] = [*bodies, *joints]
     springs = np.cumsum([0, *(len(part.springs.ids) for part in parts)]).tolist()
-    # Joints and marks know the nodes of the net.
-    firsts = [*nodes[: len(bodies)], *(0 for _ in (*joints, *marks))]
+    counts = [sum(len(one.nodes) for one in body.elements) for body in bodies]
+    elements = np.cumsum([springs[-1], *counts]).tolist()
+    # Joints know the nodes of the net.
+    firsts = [*nodes[: len(bodies)], *(0 for _ in joints)]
     joined = Springs.joined(
         [part.springs.behind(first) for part, first in zip(parts, firsts, strict=True)]
     )
@@ -257,10 +257,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
     skins = [_shifted(b.mesh.skin, n) for b, n in zip(bodies, nodes, strict=False)]
     skin = behind_one_another(skins, np.int32, (3,))
     position = every(lambda b: b.mesh.position, np.float64, (3,))
-    behind = springs[len(bodies) + len(joints) :]
-    marked = [one.part(first) for one, first in zip(marks, behind, strict=False)]
-    first_marks = {part.name: int(part.springs.start) for part in marked}
-    blocks = _element_blocks(bodies, position, nodes, joined, springs, first_marks)
+    blocks = _element_blocks(bodies, position, nodes, joined, springs, elements)
     return Network(
         position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
@@ -269,15 +266,17 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         springs=replace(joined, inelastic=inelastic),
         skin=skin,
         node_ids=every(lambda b: b.node_ids, np.int64),
-        bodies=tuple(map(_body_part, bodies, pairwise(nodes), pairwise(springs))),
+        bodies=tuple(
+            map(_body_part, bodies, pairwise(nodes), pairwise(springs), pairwise(elements))
+        ),
         provenance={
             name: _join_provenance([p.provenance[name] for p in parts if name in p.provenance])
             for name in ("mass", *NUMBERS)
-        },
+        }
+        | _breaking(bodies),
         joints=tuple(map(_joint_part, joints, pairwise(springs[len(bodies) :]))),
         blocks=(*blocks, *_hinge_blocks(bodies, nodes, springs)),
-        marks=tuple(marked),
-        skin_marks=_skin_marks(skin, blocks),
+        skin_elements=_skin_elements(skin, blocks),
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
         cutting=_cutting(bodies, parts, blocks),
     )
@@ -294,17 +293,10 @@ def _weighing(bodies: Sequence[BodyArrays]) -> NDArray[np.float64] | None:
 # Most nets have neither elements nor hinges, and need none of what places them.
 
 
-def _marks(bodies: Sequence[BodyArrays], nodes: Sequence[int]) -> "list[ElementMarks]":
-    """Return the marks of the bodies whose elements may break, with their first nodes."""
-    if all(body.breaking is None for body in bodies):
-        return []
-    from tissuec.compiler.elements.bodies import marks_of
-
-    return [
-        marks_of(one.body, one.elements, one.breaking, n)
-        for one, n in zip(bodies, nodes, strict=False)
-        if one.breaking is not None
-    ]
+def _breaking(bodies: Sequence[BodyArrays]) -> dict[str, Provenance]:
+    """Return where the limits of elements come from, as "breaking", if there are any."""
+    known = [body.breaking for body in bodies if body.breaking is not None]
+    return {"breaking": _join_provenance(known)} if known else {}
 
 
 def _element_blocks(
@@ -313,26 +305,28 @@ def _element_blocks(
     nodes: Sequence[int],
     joined: Springs,
     springs: Sequence[int],
-    first_marks: Mapping[str, int],
+    elements: Sequence[int],
 ) -> list[FieldBlock]:
     """Return the blocks of elements, and of the bending of walls of them.
 
     Args:
-        bodies: The bodies, whose first nodes and springs are ``nodes`` and ``springs``.
+        bodies: The bodies, whose first nodes, springs and elements are ``nodes``, ``springs``
+            and ``elements``.
         position: Of all nodes [m], shape (node, 3).
         joined: All springs.
-        first_marks: The first mark of the elements of a body, by its name.
     """
     if not any(body.elements for body in bodies):
         return []
     from tissuec.compiler.elements.bodies import element_blocks
 
     blocks: list[FieldBlock] = []
-    for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False):
-        ends, mark = joined.ends[first:last], first_marks.get(body.body.name)
-        blocks += element_blocks(body.elements, position, n, ends, first, mark or 0)
+    for body, n, (first, last), one in zip(
+        bodies, nodes, pairwise(springs), elements, strict=False
+    ):
+        blocks += element_blocks(body.elements, position, n, one)
         if body.bends is not None:
-            blocks.append(body.bends.block(position, n, ends, first, mark))
+            ends, breaks = joined.ends[first:last], one if body.body.may_rupture else None
+            blocks.append(body.bends.block(position, n, ends, first, breaks))
     return blocks
 
 
@@ -352,17 +346,17 @@ def _hinge_blocks(
     return [Hinges.joined(found).block]
 
 
-def _skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
+def _skin_elements(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
     if not blocks:
         return None
-    from tissuec.compiler.elements.limits import skin_marks
+    from tissuec.compiler.elements.limits import skin_elements
 
-    return skin_marks(skin, blocks)
+    return skin_elements(skin, blocks)
 
 
 def _cutting(
     bodies: Sequence[BodyArrays],
-    parts: "Sequence[BodyArrays | JointArrays | ElementMarks]",
+    parts: "Sequence[BodyArrays | JointArrays]",
     blocks: Sequence[FieldBlock],
 ) -> CuttingResistance | None:
     """Return the resistance to cuts; None if blades need no energy anywhere."""
@@ -373,8 +367,13 @@ def _cutting(
     )
 
 
-def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int]) -> BodyPart:
-    """Return a body with the first and the last but one of its nodes and springs."""
+def _body_part(
+    body: BodyArrays,
+    nodes: tuple[int, int],
+    springs: tuple[int, int],
+    elements: tuple[int, int],
+) -> BodyPart:
+    """Return a body with the first and the last but one of its nodes, springs and elements."""
     mesh = body.body.mesh
     return BodyPart(
         body.body.name,
@@ -387,7 +386,7 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         renumbered(body.thread, springs[0]),
         None if body.poisson is None else body.mesh.tetrahedra,
         body.mesh.tetrahedra,
-        elements=sum(len(one.nodes) for one in body.elements),
+        elements=slice(*elements),
         is_wall=body.body.is_wall,
         is_solid=body.mesh.volume is not None,
     )

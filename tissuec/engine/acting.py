@@ -191,18 +191,16 @@ class ActingSprings:
 def _acting(state: State, held: Bools, moved: Bools) -> Bools:
     """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
     ends = state.springs.ends
-    acting = state.alive & ~join_nodes_of(ends, held)
-    acting[state.network.first_mark :] = False
+    acting = state.alive_springs & ~join_nodes_of(ends, held)
     if moved.any():
         # Driven nodes feel them, even if no output needs it: steps must not depend on that.
         one, other = moved[ends.T]
-        acting |= state.alive & (one | other)
-        acting[state.network.first_mark :] = False
+        acting |= state.alive_springs & (one | other)
     if state.springs.inelastic is not None:
-        acting |= state.alive & state.springs.inelastic.remembers
+        acting |= state.alive_springs & state.springs.inelastic.remembers
     # Drawing them in does work on them, even where both ends are held.
     for reeling in state.reelings.values():
-        acting[reeling.springs] = state.alive[reeling.springs]
+        acting[reeling.springs] = state.alive_springs[reeling.springs]
     return acting
 
 

@@ -13,12 +13,9 @@ MONSTROUS = 1e6  # lengths of a spring over the size of the drawing that no tiss
 
 
 def overloaded(state: State) -> Indices:
-    """Return the intact springs that break now, ascending, shape (n,).
-
-    They are broken by tension or pressure, or mark elements that break.
-    """
+    """Return the intact springs and elements that break now, ascending, shape (n,)."""
     breaks = np.isfinite(state.springs.strength) | np.isfinite(state.springs.crush)
-    able = np.flatnonzero(state.alive & breaks)
+    able = np.flatnonzero(state.alive_springs & breaks)
     springs = state.springs.some(able)
     tension = stretched(springs, state.position, state.velocity).tension
     torn, crushed = tension > springs.strength, -tension > springs.crush

@@ -47,7 +47,7 @@ def damping_radius(state: State) -> float:
 
 def _giving(state: State) -> float:
     """Return a bound of the rates at which springs and fields relax and yield [1/s]."""
-    springs = state.spring_force(np.flatnonzero(state.alive)).giving(state.position)
+    springs = state.spring_force(np.flatnonzero(state.alive_springs)).giving(state.position)
     fields = (field.giving(state.position, state.velocity) for field in state.fields)
     return max(springs, *fields, 0.0)
 
@@ -94,7 +94,7 @@ class SumsAtNodes(Struct, frozen=True, eq=False):
 
 def sums_at_nodes(state: State) -> SumsAtNodes:
     """Return the sums for springs of their present lengths, with dashpots at rest."""
-    ends, alive = state.springs.ends, state.alive
+    ends, alive = state.springs.ends, state.alive_springs
     behaviour, count = state.springs.behaviour, state.network.node_count
     elongation = lengths(ends, state.position) - behaviour.rest
 

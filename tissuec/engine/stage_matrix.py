@@ -170,7 +170,7 @@ class StageMatrix:
     ) -> Iterator[MemoryTangents]:
         """Yield the derivatives of the internal variables of springs and fields."""
         # Springs between held nodes relax, too.
-        springs = self._state.at(time).spring_force(np.flatnonzero(self._state.alive))
+        springs = self._state.at(time).spring_force(np.flatnonzero(self._state.alive_springs))
         own = memory_of_springs(springs, position, velocity)
         every = (field.memory_tangents(position, velocity) for field in self._fields)
         yield from (each for each in (own, *every) if each is not None)

@@ -160,7 +160,7 @@ def _matrix_seconds(state: State) -> float:
 def _acting_ends(state: State) -> Indices:
     """Return the ends of springs that act on free nodes, shape (spring, 2)."""
     ends = state.springs.ends
-    acts = state.alive & ~state.held[ends].all(axis=1)
+    acts = state.alive_springs & ~state.held[ends].all(axis=1)
     return ends[acts].astype(np.int64)
 
 

@@ -46,8 +46,8 @@ class Loads:
     def __init__(self, shapes: "Sequence[BreakableElements]", place: Indices):
         self._shapes, self._place = shapes, place
         self._loads = [each.loading(place) for each in shapes]
-        marks = [each.limits.marks for each in shapes]
-        self.marks: Indices = np.concatenate([np.zeros(0, dtype=np.int64), *marks])
+        entities = [each.entities for each in shapes]
+        self.entities: Indices = np.concatenate([np.zeros(0, dtype=np.int64), *entities])
 
     @classmethod
     def of(cls, inputs: KernelInputs) -> "Loads | None":
@@ -65,7 +65,7 @@ class Loads:
         found: list[BreakableElements] = []
         first = 0
         for each in self._shapes:
-            count = len(each.limits.marks)
+            count = len(each.entities)
             own = chosen[(chosen >= first) & (chosen < first + count)] - first
             if len(own):
                 found.append(each.some(own))
@@ -82,15 +82,15 @@ class LoadedElements:
 
     def __init__(self, loads: Loads):
         self._loads = loads
-        self.force = np.ones(len(loads.marks))
+        self.force = np.ones(len(loads.entities))
 
     def __len__(self) -> int:
         return len(self.force)
 
     @property
     def springs(self) -> Indices:
-        """Return the springs that die with them, shape (element,)."""
-        return self._loads.marks
+        """Return their numbers as entities, shape (element,)."""
+        return self._loads.entities
 
     def loads(self, within: AcceptedStep, when: float) -> Floats:
         """Return the loads at a time in a step [s], shape (element,)."""

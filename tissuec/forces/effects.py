@@ -92,11 +92,6 @@ class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         return whole, np.zeros((3 * size, 0))
 
     @property
-    def joining_springs(self) -> Indices:
-        """Return the springs whose ends its items hold together, shape (n,); often none."""
-        return np.zeros(0, dtype=np.int64)
-
-    @property
     def breakable(self) -> "BreakableElements | None":
         """Return the elements that break at a limit; None without any."""
         return None

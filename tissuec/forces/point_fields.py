@@ -51,7 +51,7 @@ _MAKING, _DAMPING = 17.0, 120.0
 class PointField(ElementField, frozen=True, dict=True):
     """Elements that follow laws of solids; one that loses an edge or breaks is removed.
 
-    ``walls`` are the springs along edges, followed by the marks of ``limits``.
+    ``walls`` are the elements themselves, as entities of the network.
 
     Attributes:
         columns, parts: Attributes with a row for each element, and others of all elements.
@@ -101,6 +101,11 @@ class PointField(ElementField, frozen=True, dict=True):
             part = getattr(self, name)
             some[name] = part and part.some(items)
         return replace(self, **some)
+
+    @property
+    @abstractmethod
+    def edges(self) -> Indices:
+        """Return the nodes of the edges of each element, shape (element, edge, 2)."""
 
     @property
     @abstractmethod
@@ -621,18 +626,11 @@ class PointField(ElementField, frozen=True, dict=True):
     # --- limits -------------------------------------------------------------------------------
 
     @property
-    def joining_springs(self) -> Indices:
-        """Return the springs along the edges of elements, shape (n,)."""
-        if self.limits is None:
-            return self.walls
-        return self.walls[~np.isin(self.walls, self.limits.marks)]
-
-    @property
     def breakable(self) -> BreakableElements | None:
         """Return the elements that have a limit; None without any."""
         if self.limits is None or not len(able := self.limits.finite):
             return None
-        return BreakableElements(self.only(able), self.limits.some(able))
+        return BreakableElements(self.only(able), self.limits.some(able), self.walls[able])
 
     @property
     @abstractmethod

@@ -73,7 +73,7 @@ class EdgeSupports(Struct, frozen=True, eq=False):
         return row, found % max(len(low), 1), there[found]
 
     def holding(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which strands hold while the springs ``alive``, shape (spring,), are there."""
+        """Return which strands hold while entities, shape (entity,), are ``alive``."""
         held = self.of_spring[alive[self.springs]]
         return np.bincount(held, minlength=len(self.keys)) > 0
 
@@ -88,7 +88,7 @@ class SupportedEdges(Struct, frozen=True, eq=False):
         ways: The two strands of each way, shape (way, 2).
         loose: Edges that nothing leads along but are within one piece, shape (edge,).
         loose_ends: Their nodes, shape (edge, 2).
-        marks: As for ``of``.
+        elements: As for ``of``.
     """
 
     strands: EdgeSupports
@@ -97,22 +97,22 @@ class SupportedEdges(Struct, frozen=True, eq=False):
     ways: Indices
     loose: Indices
     loose_ends: Indices
-    marks: Indices | None = None
+    elements: Indices | None = None
 
     @classmethod
     def of(
         cls,
         springs: NDArray[np.integer],
         edges: NDArray[np.integer],
-        marks: Indices | None = None,
+        elements: Indices | None = None,
     ) -> "SupportedEdges":
         """Return the supports of edges.
 
         Args:
             springs: Nodes of each spring of the network, shape (spring, 2).
             edges: Pairs of nodes, shape (…, 2), such as (triangle, 3, 2).
-            marks: The spring that marks the element of each triangle, without which none of its
-                edges holds, or -1, shape (triangle,); None where no element may break.
+            elements: The element of each triangle, without which none of its edges holds, as an
+                entity, or -1, shape (triangle,); None where no element may break.
         """
         strands = EdgeSupports.at_nodes(springs, edges)
         own = strands.along(edges)
@@ -127,21 +127,21 @@ class SupportedEdges(Struct, frozen=True, eq=False):
         loose, ends = bare[lonely], ends[lonely]
         piece = _pieces(strands.ends, ends)
         joined = piece[ends[:, 0]] == piece[ends[:, 1]]
-        return cls(strands, own, by_way, ways, loose[joined], ends[joined], marks)
+        return cls(strands, own, by_way, ways, loose[joined], ends[joined], elements)
 
     def holding(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which edges hold while the springs ``alive``, shape (spring,), are there."""
+        """Return which edges hold while the entities ``alive``, shape (entity,), are there."""
         strands = self.strands.holding(alive)
         whole = self.own.reshape(-1) < 0
         whole[self.by_way] = False
         whole[self.by_way[strands[self.ways].all(axis=1)]] = True
-        piece = _pieces(self.strands.ends[alive], self.loose_ends)
+        piece = _pieces(self.strands.ends[alive[: len(self.strands.ends)]], self.loose_ends)
         whole[self.loose] = piece[self.loose_ends[:, 0]] == piece[self.loose_ends[:, 1]]
         whole = whole.reshape(self.own.shape)
         has_strand = self.own >= 0
         whole[has_strand] = strands[self.own[has_strand]]
-        if self.marks is not None:
-            whole[~alive[self.marks] & (self.marks >= 0)] = False
+        if self.elements is not None:
+            whole[~alive[self.elements] & (self.elements >= 0)] = False
         return whole
 
 
@@ -151,27 +151,27 @@ class SupportedTriangles:
     Args:
         springs: Nodes of each spring of the network, shape (spring, 2).
         triangles: Corners, shape (triangle, 3).
-        marks: As for ``SupportedEdges.of``.
+        elements: As for ``SupportedEdges.of``.
     """
 
     def __init__(
-        self, springs: NDArray[np.integer], triangles: Indices, marks: Indices | None = None
+        self, springs: NDArray[np.integer], triangles: Indices, elements: Indices | None = None
     ):
-        self._springs, self.triangles, self._marks = springs, triangles, marks
+        self._springs, self.triangles, self._elements = springs, triangles, elements
         self._edges: SupportedEdges | None = None
 
     def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which triangles are neither cut nor torn, shape (triangle,).
 
         Args:
-            alive: Springs that are there, shape (spring,).
+            alive: Entities that are there, shape (entity,).
         """
         if alive.all():
             return np.ones(len(self.triangles), dtype=bool)
         if self._edges is None:
             following = np.roll(self.triangles, -1, axis=1)
             sides = np.stack([self.triangles, following], axis=-1)
-            self._edges = SupportedEdges.of(self._springs, sides, self._marks)
+            self._edges = SupportedEdges.of(self._springs, sides, self._elements)
         return np.asarray(self._edges.holding(alive).all(axis=1))
 
 

@@ -23,6 +23,7 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
 from tissuec.mechanics.state import State
 from tissuec.model import topology
+from tissuec.model.edges import joining
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -72,10 +73,9 @@ class Balance:
         self.free: Indices = np.flatnonzero(is_free)
         ends = state.springs.ends
         resists = (state.springs.stiffness > 0.0) | (state.springs.law > 0)
-        for field in state.fields:
-            # They join pieces, also without any stiffness.
-            resists[field.joining_springs] = True
-        acts = state.alive & resists & is_free[ends].any(axis=1)
+        # Edges of elements join pieces, also without any stiffness.
+        resists |= joining(state.network, state.alive)
+        acts = state.alive_springs & resists & is_free[ends].any(axis=1)
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self._acting, self._every = np.flatnonzero(acts), state.springs
         self.springs = RestingSprings(

@@ -212,8 +212,8 @@ def elastic_energy(
     chosen: Network | Indices = state.network
     if springs is not None:
         chosen = springs[state.alive[springs]]
-    elif not state.alive.all():
-        chosen = np.flatnonzero(state.alive)
+    elif not state.alive_springs.all():
+        chosen = np.flatnonzero(state.alive_springs)
     total = np.zeros(position.shape[:-2])
     for part in _in_parts(chosen):
         energy = state.spring_force(part).energy(position, velocity)

@@ -74,7 +74,7 @@ def _still_tension(state: State, length: Floats, still: Floats) -> Floats:
     springs = state.springs
     stretch = length - springs.rest
     tension = pulled(springs.behaviour, springs.inelastic, stretch, flat(still))
-    return np.where(state.alive & (length > 0.0), tension, 0.0)
+    return np.where(state.alive_springs & (length > 0.0), tension, 0.0)
 
 
 def _add_pulls(state: State, length: Floats, tension: Floats, to: Floats) -> None:

@@ -171,7 +171,7 @@ def _let_relax(state: State, balance: Balance) -> None:
     ends = state.springs.ends
     rest = observables.rest_lengths(state, state.velocity)
     e = observables.elongation(ends, state.position, rest)
-    springs = np.flatnonzero(state.alive & moved[ends].any(axis=1))
+    springs = np.flatnonzero(state.alive_springs & moved[ends].any(axis=1))
     state.springs.inelastic.let_relax(state.velocity, e, springs)
 
 

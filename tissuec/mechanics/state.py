@@ -17,6 +17,7 @@ from tissuec.forces.effects import Effect
 from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
 from tissuec.model.blocks import KINDS, SYMMETRY, FieldBlock
+from tissuec.model.edges import edges_of, elements_at, without
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
@@ -96,7 +97,7 @@ class State(Struct, eq=False):
 
     Attributes:
         position, velocity: State [m], [m/s], shape (node, 3).
-        alive: False for springs that were cut or ruptured, shape (spring,).
+        alive: False for springs and elements that were cut or have broken, shape (entity,).
         mass: Masses [kg], shape (node,).
         springs: All springs with their present numbers. Rest lengths of threads under way are
             those at ``time``.
@@ -202,13 +203,13 @@ class State(Struct, eq=False):
         Args:
             chosen: Indices of shape (n,), or a slice, whose numbers are not copied.
         """
-        return SpringForce(self.springs.some(chosen), self.alive[chosen])
+        return SpringForce(self.springs.some(chosen), self.alive_springs[chosen])
 
     @property
     def acting(self) -> SpringForce:
         """Return the force of the springs that act on a free node."""
         idle = join_nodes_of(self.springs.ends, self.held)
-        return self.spring_force(np.flatnonzero(self.alive & ~idle))
+        return self.spring_force(np.flatnonzero(self.alive_springs & ~idle))
 
     def rest_at(self, time: Floats | float) -> Floats:
         """Return the rest lengths at times until the next event [m], shape (…, spring)."""
@@ -253,28 +254,34 @@ class State(Struct, eq=False):
             if not np.isin(reeling.springs, springs).any()
         }
 
-    def break_springs(self, springs: Indices) -> Indices:
-        """Remove springs that break, and edges of elements that no other element has.
+    @property
+    def alive_springs(self) -> NDArray[np.bool_]:
+        """Return which springs are there, shape (spring,)."""
+        return self.alive[: self.network.spring_count]
+
+    def lose(self, springs: Indices) -> None:
+        """Remove springs, and the elements whose edges they are.
 
         Args:
-            springs: Springs and marks of elements, shape (n,).
+            springs: Shape (n,).
+        """
+        self.alive = without(self.network, self.alive, springs)
+
+    def break_entities(self, broken: Indices) -> Indices:
+        """Remove springs and elements that break, and edges that no other element has.
+
+        Args:
+            broken: Entities, shape (n,).
 
         Returns:
             The edges, ascending, shape (m,).
         """
         self.alive = self.alive.copy()
-        self.alive[springs] = False
-        marks = springs[springs >= self.network.first_mark]
-        own, held = np.zeros((2, len(self.alive)), dtype=bool)
-        if len(marks):
-            for field in self.elements:
-                broken, intact = np.zeros((2, field.item_count), dtype=bool)
-                broken[field.walled[np.isin(field.walls, marks)]] = True
-                intact[:] = True
-                intact[field.lost_items(self.alive)] = False
-                own[field.walls[broken[field.walled]]] = True
-                held[field.walls[intact[field.walled]]] = True
-        edges = np.flatnonzero(own & self.alive & ~held)
+        self.alive[broken] = False
+        edges = edges_of(self.network, broken)
+        beside = elements_at(self.network, edges)
+        held = edges_of(self.network, beside[self.alive[beside]])
+        edges = np.setdiff1d(edges[self.alive[edges]], held)
         self.alive[edges] = False
         return edges
 

@@ -1,11 +1,13 @@
 """The compiled network: read-only arrays with the source line of each entry.
 
 Nodes and springs are in the order of the scene and keep their numbers for good; the engine
-may renumber inside, never visibly. The signed incidence matrix of the paper is the pair of
+may renumber inside, never visibly. Springs, followed by elements, are *entities*: what can be
+there or be lost. The signed incidence matrix of the paper is the pair of
 columns ``springs.ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,6 +21,7 @@ from tissuec.core.structs import replace
 from tissuec.model.blocks import FieldBlock, NetSize
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs
+from tissuec.model.topology import PairIndex
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -104,8 +107,8 @@ class BodyPart(Struct, frozen=True, eq=False):
         tetrahedra: Of a solid body, those around whose nodes volumes are kept, counted from its
             nodes, shape (tetrahedron, 4).
         divided: Of a solid body, those that divide it, whether or not volumes are kept.
-        elements: How many finite elements resist its deformation; where there are any, its
-            springs are their edges, without any stiffness.
+        elements: Entities that are the finite elements which resist its deformation, shape by
+            shape; where there are any, its springs are their edges, without any stiffness.
         is_wall: Whether these are triangles of a wall.
         is_solid: Whether its mesh fills a volume, whatever it is made of.
     """
@@ -120,20 +123,26 @@ class BodyPart(Struct, frozen=True, eq=False):
     thread: ThreadBody | None = None
     tetrahedra: NDArray[np.int64] | None = None
     divided: NDArray[np.int64] | None = None
-    elements: int = 0
+    elements: slice = slice(0, 0)
     is_wall: bool = False
     is_solid: bool = False
 
     @property
+    def element_count(self) -> int:
+        """Return how many finite elements it has."""
+        return int(self.elements.stop - self.elements.start)
+
+    @property
     def is_made_of_elements(self) -> bool:
         """Return whether its springs are edges of elements."""
-        return self.elements > 0
+        return self.element_count > 0
 
     @property
     def size(self) -> NetSize:
         """Return how many nodes, and springs or elements, it has."""
-        springs = 0 if self.elements else self.springs.stop - self.springs.start
-        return NetSize(self.nodes.stop - self.nodes.start, springs, self.elements)
+        elements = self.element_count
+        springs = 0 if elements else self.springs.stop - self.springs.start
+        return NetSize(self.nodes.stop - self.nodes.start, springs, elements)
 
 
 class JointPart(Struct, frozen=True):
@@ -147,23 +156,6 @@ class JointPart(Struct, frozen=True):
     def size(self) -> NetSize:
         """Return how many springs it has."""
         return NetSize(0, self.springs.stop - self.springs.start)
-
-
-class MarkPart(Struct, frozen=True):
-    """Springs that mark the elements of a body that can break, one for each of them.
-
-    A mark has no force and leads from a node of its element to the same node; it is there while
-    its element has not broken. Nothing shows or counts marks as springs, and no set has them.
-
-    Attributes:
-        name: Of the body.
-        springs: In the order of its elements, shape by shape.
-        span: Of the body.
-    """
-
-    name: str
-    springs: slice
-    span: Span
 
 
 class ToolShape(NamedTuple):
@@ -231,9 +223,8 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         bodies: The parts of the arrays that belong to each body.
         joints: Springs after those of the bodies that join them.
         tools: Nodes after those of the bodies that carry the shapes of tools.
-        marks: Springs after all others that mark elements.
-        skin_marks: Of each triangle of the skin, the mark of its element, or -1, shape
-            (triangle,); None without any.
+        skin_elements: The element of each triangle of the skin, an entity, or -1, shape
+            (triangle,); None where no element may break.
         memories: Hidden nodes after all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
@@ -263,8 +254,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     blocks: tuple[FieldBlock, ...] = ()
     weighing: Floats | None = None
     drag: Floats | None = None
-    marks: tuple[MarkPart, ...] = ()
-    skin_marks: Indices | None = None
+    skin_elements: Indices | None = None
     mirrored: tuple[MirrorPlane, ...] = ()
     friction: SurfaceFriction | None = None
     cutting: CuttingResistance | None = None
@@ -316,19 +306,15 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         """Return the elements of a body, shape by shape."""
         return tuple(each for each in self.elements if each.name == body)
 
-    def marks_within(self, nodes: Indices) -> Indices:
-        """Return the marks of elements all of whose nodes are among some, shape (mark,).
+    def elements_within(self, nodes: Indices) -> Indices:
+        """Return the elements all of whose nodes are among some, as entities, shape (n,).
 
         Args:
             nodes: Shape (n,).
         """
         inside = np.zeros(self.node_count, dtype=bool)
         inside[nodes] = True
-        found = [
-            each.limits.marks[inside[each.nodes].all(axis=1)]
-            for each in self.elements
-            if each.limits is not None
-        ]
+        found = [each.walls[inside[each.nodes].all(axis=1)] for each in self.elements]
         return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
     def field(self, kind: str) -> Any:
@@ -417,17 +403,22 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     @property
     def body_springs(self) -> int:
         """Return how many springs belong to bodies; they come first."""
-        return self.joints[0].springs.start if self.joints else self.first_mark
+        return self.joints[0].springs.start if self.joints else self.spring_count
 
     @property
-    def first_mark(self) -> int:
-        """Return the number of springs that are not marks; they come first."""
-        return self.marks[0].springs.start if self.marks else self.spring_count
+    def element_count(self) -> int:
+        """Return how many finite elements there are."""
+        return sum(body.element_count for body in self.bodies)
+
+    @property
+    def entity_count(self) -> int:
+        """Return how many entities there are: springs, followed by elements."""
+        return self.spring_count + self.element_count
 
     @property
     def joined_ends(self) -> NDArray[np.int32]:
         """Return the nodes of the springs of joints, shape (spring, 2)."""
-        return self.springs.ends[self.body_springs : self.first_mark]
+        return self.springs.ends[self.body_springs :]
 
     @property
     def parts(self) -> tuple[BodyPart | JointPart, ...]:
@@ -438,9 +429,10 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         """Return the triangles of the surface of a body, shape (triangle, 3)."""
         return self.skin[self._is_skin_of(body)].astype(np.int64)
 
-    def skin_marks_of(self, body: BodyPart) -> Indices | None:
-        """Return the ``skin_marks`` of the triangles of ``skin_of``, shape (triangle,)."""
-        return None if self.skin_marks is None else self.skin_marks[self._is_skin_of(body)]
+    def skin_elements_of(self, body: BodyPart) -> Indices | None:
+        """Return the ``skin_elements`` of the triangles of ``skin_of``, shape (triangle,)."""
+        every = self.skin_elements
+        return None if every is None else every[self._is_skin_of(body)]
 
     def _is_skin_of(self, body: BodyPart) -> NDArray[np.bool_]:
         inside = (self.skin >= body.nodes.start) & (self.skin < body.nodes.stop)
@@ -455,19 +447,31 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         )
         return bool((first & second).any())
 
-    def owner(self, spring: int) -> BodyPart | JointPart:
-        """Return the body or joint of a spring; of a mark, the body."""
-        if spring >= self.first_mark:
-            name = next(one.name for one in self.marks if spring < one.springs.stop)
-            return next(body for body in self.bodies if body.name == name)
-        return next(part for part in self.parts if spring < part.springs.stop)
+    @cached_property
+    def pairs(self) -> PairIndex:
+        """Return the springs by their nodes."""
+        return PairIndex(self.springs.ends)
+
+    def owner(self, entity: int) -> BodyPart | JointPart:
+        """Return the body or joint of a spring or an element."""
+        if entity < self.spring_count:
+            return next(part for part in self.parts if entity < part.springs.stop)
+        return next(b for b in self.bodies if b.elements.start <= entity < b.elements.stop)
+
+    def number_of(self, entity: int) -> int:
+        """Return the id of a spring, or the number of an element in its body from 1."""
+        if entity < self.spring_count:
+            return int(self.springs.ids[entity])
+        owner = self.owner(entity)
+        assert isinstance(owner, BodyPart)
+        return entity - int(owner.elements.start) + 1
 
     def is_edge(self, spring: int) -> bool:
         """Return whether a spring is an edge of an element."""
         part = self.owner(spring)
         return isinstance(part, BodyPart) and part.is_made_of_elements
 
-    @property
+    @cached_property
     def edges(self) -> NDArray[np.bool_]:
         """Return which springs are edges of elements, shape (spring,)."""
         edges = np.zeros(self.spring_count, dtype=bool)
@@ -477,10 +481,8 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def shown_springs(self) -> NDArray[np.bool_]:
-        """Return which springs are shown: none that only bend or mark, shape (spring,)."""
-        shown = ~self.bends
-        shown[self.first_mark :] = False
-        return shown
+        """Return which springs are shown: none that only bend, shape (spring,)."""
+        return ~self.bends
 
     @property
     def bears(self) -> NDArray[np.bool_]:
@@ -509,13 +511,13 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     def size(self) -> NetSize:
         """Return how many nodes, springs and elements its bodies and joints have."""
         edges = (part.springs for part in self.bodies if part.is_made_of_elements)
-        springs = self.first_mark - sum(part.stop - part.start for part in edges)
-        return NetSize(self.body_nodes, springs, sum(part.elements for part in self.bodies))
+        springs = self.spring_count - sum(part.stop - part.start for part in edges)
+        return NetSize(self.body_nodes, springs, self.element_count)
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Return which springs are there from the start, shape (spring,); knots are not."""
-        present = np.ones(self.spring_count, dtype=bool)
+        """Return which entities are there from the start, shape (entity,); knots are not."""
+        present = np.ones(self.entity_count, dtype=bool)
         for thread in self.threads.values():
             present[thread.slip] = False
             present[thread.hold] = thread.closed

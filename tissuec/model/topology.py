@@ -271,20 +271,31 @@ def _keys(pairs: NDArray[np.integer], size: int) -> NDArray[np.int64]:
     return low.astype(np.int64) * size + high
 
 
-def springs_between(
-    ends: NDArray[np.int32], pairs: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the springs that join pairs of nodes, and the number of the pair of each.
+class PairIndex:
+    """Finds springs, or others, by the pairs of nodes that they join.
 
     Args:
-        ends: Node pair of each spring, shape (spring, 2).
-        pairs: Of nodes, shape (pair, 2).
+        ends: Their node pairs, shape (spring, 2).
     """
-    size = 1 + max(int(ends.max(initial=0)), int(pairs.max(initial=0)))
-    keys, wanted = _keys(ends, size), _keys(pairs, size)
-    order = np.argsort(keys, kind="stable")
-    low = np.searchsorted(keys[order], wanted, side="left")
-    high = np.searchsorted(keys[order], wanted, side="right")
-    count = high - low  # more than one where springs are parallel
-    which = np.repeat(np.arange(len(pairs)), count)
-    return order[low[which] + counted_up(count)], which
+
+    def __init__(self, ends: NDArray[np.integer]):
+        self._size = 1 + int(ends.max(initial=0))
+        keys = _keys(ends, self._size)
+        self._order = np.argsort(keys, kind="stable")
+        self._keys = keys[self._order]
+
+    def between(
+        self, pairs: NDArray[np.integer]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the springs that join pairs of nodes, and the number of the pair of each.
+
+        Args:
+            pairs: Of nodes, shape (pair, 2).
+        """
+        # No spring ends at a larger number, and the key of such a pair may be that of another.
+        wanted = np.where((pairs < self._size).all(axis=1), _keys(pairs, self._size), -1)
+        low = np.searchsorted(self._keys, wanted, side="left")
+        high = np.searchsorted(self._keys, wanted, side="right")
+        count = high - low  # more than one where springs are parallel
+        which = np.repeat(np.arange(len(pairs)), count)
+        return self._order[low[which] + counted_up(count)], which

@@ -1,4 +1,4 @@
-"""Which springs exist, as bits of a dataset: one row of bytes after another."""
+"""Which entities exist, as bits of a dataset: one row of bytes after another."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,13 @@ from tissuec.results.datasets import DatasetSpec
 
 def row_bytes(network: Network) -> int:
     """Return how many bytes a row has."""
-    return -(-network.spring_count // 8)
+    return -(-network.entity_count // 8)
 
 
 def read_alive(
     file: ResultGroup, dataset: DatasetSpec, row: int, network: Network
 ) -> NDArray[np.bool_]:
-    """Return which springs of a network exist in a row, shape (spring,).
+    """Return which entities of a network exist in a row, shape (entity,).
 
     Args:
         dataset: The bits, which have no unit.
@@ -27,4 +27,4 @@ def read_alive(
     rows = found[row * size : (row + 1) * size]
     if len(rows) < size:
         access.damaged(file.file, f'"{found.path}" is incomplete')
-    return np.unpackbits(rows, count=network.spring_count).astype(bool)
+    return np.unpackbits(rows, count=network.entity_count).astype(bool)

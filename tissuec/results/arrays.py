@@ -16,7 +16,6 @@ from tissuec.model.network import (
     BodyPart,
     Grid,
     JointPart,
-    MarkPart,
     MemoryPart,
     Network,
     ThreadBody,
@@ -26,7 +25,6 @@ from tissuec.model.network import (
 from tissuec.model.springs import COLUMNS, Springs
 from tissuec.results import access, schema
 from tissuec.results.access import Contents, ResultGroup
-from tissuec.results.datasets import GroupSpec
 from tissuec.results.element_cells import ElementCells
 from tissuec.results.fields import FieldChannel, always_recorded
 from tissuec.results.frame_columns import column_of
@@ -53,18 +51,17 @@ def write_network(store: Store, network: Network) -> None:
         springs=_pairs(_springs_of(bodies)),
         grid=np.array([b.grid or (0, 0, 0) for b in bodies]).reshape(-1, 3),
     )
-    if any(b.elements for b in bodies):
-        store.arrays(schema.BODIES, elements=[b.elements for b in bodies])
+    if network.element_count:
+        store.arrays(schema.BODIES, elements=[_range(b.elements) for b in bodies])
+    if network.skin_elements is not None:
+        store.array(schema.SKIN_ELEMENTS[""], network.skin_elements)
     if len(solids := ElementCells.of(network)):
         store.arrays(schema.SOLIDS, **{name: getattr(solids, name) for name in schema.SOLIDS})
     _write_threads(store, network)
     _write_tools(store, network)
-    for group, parts in ((schema.JOINTS, network.joints), (schema.MARKS, network.marks)):
-        if parts:
-            names = [part.name for part in parts]
-            store.arrays(group, springs=_springs_of(parts), name=names)
-    if network.skin_marks is not None:
-        store.arrays(schema.MARKS, skin=network.skin_marks)
+    if network.joints:
+        names = [part.name for part in network.joints]
+        store.arrays(schema.JOINTS, springs=_springs_of(network.joints), name=names)
     store.array(schema.HIDDEN[""], [network.shown_nodes, network.node_count])
     if springs.inelastic is not None:
         numbers = {name: getattr(springs.inelastic, name) for name in schema.INELASTIC}
@@ -110,7 +107,8 @@ def read_network(file: ResultGroup, source: Source) -> Network:
     span = Span(source, 0, len(source.text))
     laws = Contents(file, schema.LAWS).rows("name", "elastic", "viscous")
     hidden = slice(*access.array(file, schema.HIDDEN[""].path).tolist())
-    inelastic, marks = Contents(file, schema.INELASTIC), Contents(file, schema.MARKS)
+    inelastic = Contents(file, schema.INELASTIC)
+    skin = schema.SKIN_ELEMENTS[""].path
     springs = Springs(
         **{name: arrays.pop(name) for name in COLUMNS},
         laws=tuple(Law(name, parse(e), parse(v)) for name, e, v in laws),
@@ -121,12 +119,11 @@ def read_network(file: ResultGroup, source: Source) -> Network:
         **arrays,
         springs=springs,
         bodies=tuple(_read_bodies(file, span)),
-        joints=tuple(JointPart(*part, span) for part in _read_parts(file, schema.JOINTS)),
+        joints=tuple(JointPart(*part, span) for part in _read_joints(file)),
         tools=tuple(_read_tools(file, span)),
         provenance={},
         memories=(MemoryPart("", hidden),) if hidden.start < hidden.stop else (),
-        marks=tuple(MarkPart(*part, span) for part in _read_parts(file, schema.MARKS)),
-        skin_marks=marks.get("skin"),
+        skin_elements=access.array(file, skin) if skin in file else None,
     )
 
 
@@ -139,14 +136,14 @@ def read_solids(file: ResultGroup) -> ElementCells:
 def _read_bodies(file: ResultGroup, span: Span) -> Iterator[BodyPart]:
     found = Contents(file, schema.BODIES)
     count = len(found["name"])
-    elements = found.get("elements", np.zeros(count, dtype=int)).tolist()
+    elements = found.get("elements", np.zeros((count, 2), dtype=int)).tolist()
     threads = found.rows("thread", "thread_radius") if "thread" in found else [None] * count
     for (name, nodes, springs, grid), thread, of_elements in zip(
         found.rows("name", "nodes", "springs", "grid"), threads, elements, strict=True
     ):
         yield BodyPart(
             name, slice(*nodes), slice(*springs), span, _grid(*grid),
-            thread=None if thread is None else _thread(*thread), elements=of_elements,
+            thread=None if thread is None else _thread(*thread), elements=slice(*of_elements),
         )  # fmt: skip
 
 
@@ -157,9 +154,9 @@ def _thread(row: Sequence[int], radius: float) -> ThreadBody | None:
     return ThreadBody(slice(first, stop), hold, slip, radius, bool(closed))
 
 
-def _read_parts(file: ResultGroup, group: GroupSpec) -> Iterator[tuple[str, slice]]:
-    """Yield names of parts, such as joints, with their springs."""
-    found = Contents(file, group)
+def _read_joints(file: ResultGroup) -> Iterator[tuple[str, slice]]:
+    """Yield the names of joints with their springs."""
+    found = Contents(file, schema.JOINTS)
     if "name" in found:
         for name, springs in found.rows("name", "springs"):
             yield name, slice(*springs)
@@ -224,7 +221,7 @@ def read_volume_cells(file: ResultGroup) -> VolumeCells | None:
     return VolumeCells(tuple(found["body"]), found["count"], found["nodes"])
 
 
-def _springs_of(parts: Sequence[BodyPart | JointPart | MarkPart]) -> list[tuple[int, int]]:
+def _springs_of(parts: Sequence[BodyPart | JointPart]) -> list[tuple[int, int]]:
     return [_range(part.springs) for part in parts]
 
 

@@ -21,7 +21,7 @@ from tissuec.results.arrays import array_of
 from tissuec.results.schema import CHECKPOINT, NETWORK
 from tissuec.results.store import Store, member_name
 
-FORMAT = 5  # another number for any other entries
+FORMAT = 6  # another number for any other entries
 Value = NDArray[Any] | int | float | bool | str
 
 
@@ -31,7 +31,7 @@ class Checkpoint(Struct, frozen=True, eq=False):
     Attributes:
         state: What the run gave, by name; arrays, numbers and texts as they were given.
         rows: How many rows every growing dataset had.
-        alive: Which springs were alive, shape (spring,).
+        alive: Which entities were alive, shape (entity,).
         wall_time: How long the run had taken [s].
         scene: Digest of the scene and the network that were run.
     """

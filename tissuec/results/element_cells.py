@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import counted_up
 from tissuec.geometry.elements import SHAPES
 from tissuec.model.network import Indices, Network
-from tissuec.model.topology import springs_between
 
 VERTEX, LINE, TRIANGLE = 1, 3, 5
 #: VTK's numbers of the shapes of elements (VTK file formats, table of cell types).
@@ -28,25 +27,24 @@ class ElementCells(Struct, frozen=True, eq=False):
     Attributes:
         types: VTK's number of the shape of each, shape (element,).
         nodes: Of all elements, one after another, in the order of VTK, shape (row,).
-        marks: The spring without which each does not exist, or -1, shape (element,).
+        entities: Their numbers among the entities of the network, shape (element,).
     """
 
     types: NDArray[np.uint8]
     nodes: NDArray[np.integer]
-    marks: NDArray[np.integer]
+    entities: NDArray[np.integer]
 
     @classmethod
     def of(cls, network: Network) -> Self:
         """Return the elements of a compiled network, in the order of its blocks."""
         types: list[NDArray[Any]] = [np.zeros(0, dtype=np.uint8)]
         nodes: list[NDArray[Any]] = [np.zeros(0, dtype=np.int32)]
-        marks: list[NDArray[Any]] = [np.zeros(0, dtype=np.int32)]
+        entities: list[NDArray[Any]] = [np.zeros(0, dtype=np.int32)]
         for one in network.of_kind("elements"):
-            count, limits = len(one.nodes), one.limits
-            types.append(np.full(count, TYPES[one.shape.name], dtype=np.uint8))
+            types.append(np.full(len(one.nodes), TYPES[one.shape.name], dtype=np.uint8))
             nodes.append(one.nodes.reshape(-1).astype(np.int32))
-            marks.append(np.full(count, -1) if limits is None else limits.marks)
-        found = types, nodes, [each.astype(np.int32) for each in marks]
+            entities.append(one.walls)
+        found = types, nodes, [each.astype(np.int32) for each in entities]
         return cls(*map(np.concatenate, found))
 
     @classmethod
@@ -78,7 +76,7 @@ class ElementCells(Struct, frozen=True, eq=False):
         sizes = self.sizes
         first, own = ends_of(sizes)[items], sizes[items]
         rows = np.repeat(first, own) + counted_up(own)
-        return type(self)(self.types[items], self.nodes[rows], self.marks[items])
+        return type(self)(self.types[items], self.nodes[rows], self.entities[items])
 
     def by_shape(self) -> list[tuple[int, Indices, NDArray[np.integer]]]:
         """Return VTK's number of each shape, its elements, and their nodes (element, node)."""
@@ -88,37 +86,3 @@ class ElementCells(Struct, frozen=True, eq=False):
             rows = first[items][:, None] + np.arange(_SHAPES[number].nodes)
             found.append((number, items, self.nodes[rows]))
         return found
-
-
-class ElementSupports(Struct, frozen=True, eq=False):
-    """The springs without which elements do not exist: their edges and marks.
-
-    Attributes:
-        springs: Shape (support,).
-        element: That each of them supports, shape (support,).
-        count: Number of elements.
-    """
-
-    springs: NDArray[np.integer]
-    element: Indices
-    count: int
-
-    @classmethod
-    def of(cls, cells: ElementCells, network: Network) -> Self:
-        """Return the supports of elements that have the nodes of the network."""
-        marked = np.flatnonzero(cells.marks >= 0)
-        springs, elements = [cells.marks[marked]], [marked]
-        along = np.flatnonzero(network.edges)
-        for number, items, nodes in cells.by_shape():
-            edges = _SHAPES[number].edges
-            pairs = nodes[:, edges].reshape(-1, 2).astype(np.int64)
-            found, which = springs_between(network.springs.ends[along], pairs)
-            springs.append(along[found])
-            elements.append(items[which // len(edges)])
-        return cls(np.concatenate(springs), np.concatenate(elements), len(cells))
-
-    def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which elements exist while the springs ``alive`` do, shape (element,)."""
-        whole = np.ones(self.count, dtype=bool)
-        whole[self.element[~alive[self.springs]]] = False
-        return whole

@@ -248,18 +248,18 @@ def event_facts(trajectory: Trajectory, event: Event) -> tuple[str, str, str, st
 
 def names_of(trajectory: Trajectory, event: Event) -> tuple[str, ...]:
     """Return the ids of the springs of an event, or of the elements that broke in it."""
-    marks = [one for one in event.springs if one >= trajectory.network.first_mark]
-    return tuple(spring_name(trajectory, number) for number in marks or event.springs)
+    elements = [one for one in event.springs if one >= trajectory.network.spring_count]
+    return tuple(spring_name(trajectory, number) for number in elements or event.springs)
 
 
 def spring_name(trajectory: Trajectory, number: int) -> str:
     """Return the id of a spring, with its body where there are several that count their own.
 
-    Of a mark, it is the number of its element.
+    Of an element, it is its number.
     """
     network = trajectory.network
-    identity = str(network.springs.ids[number])
-    if number >= network.first_mark:
+    identity = str(network.number_of(number))
+    if number >= network.spring_count:
         identity = f"{ELEMENT}{identity}"
     if len(network.parts) < 2:
         return identity

@@ -38,7 +38,7 @@ class FrameRecorder:
     """Takes frames of the network and hands those of the recorded part to the file.
 
     Attributes:
-        alive: Which springs are alive, shape (spring,); None until it was said.
+        alive: Which entities are alive, shape (entity,); None until it was said.
         waiting: Frames added since `flushed` was called.
     """
 
@@ -77,10 +77,10 @@ class FrameRecorder:
         """Set which springs exist from now on; ValueError if the shape is wrong.
 
         Args:
-            alive: Booleans without a unit, shape (spring,).
+            alive: Booleans without a unit, shape (entity,).
         """
         alive = np.array(alive, dtype=bool)
-        check_shape(alive, (self._network.spring_count,), "alive")
+        check_shape(alive, (self._network.entity_count,), "alive")
         self.alive = alive
         self._shows = DrawnMesh(self._mesh, self._mesh.cells(alive), alive)
         if not self._file.parts.count:  # a file without any frame opens in viewers, too
@@ -215,7 +215,7 @@ class SideTable:
             return getattr(side, channel.name)
         data = side.fields[channel.name]
         if channel.at == "spring":
-            return np.where(side.alive, data, 0.0)
+            return np.where(side.alive[: self._network.spring_count], data, 0.0)
         if channel.at not in ("triangle", "element"):
             return data
         found, mesh = np.zeros_like(data), self._frames.mesh
@@ -307,5 +307,5 @@ class Sides:
         return len(self.times)
 
     def alive(self, side: int) -> NDArray[np.bool_]:
-        """Return which springs of the network exist, shape (spring,)."""
+        """Return which entities of the network exist, shape (entity,)."""
         return read_alive(self._file, SIDES["alive"], side, self._network)

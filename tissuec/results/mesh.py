@@ -20,7 +20,6 @@ from tissuec.results.element_cells import (
     TRIANGLE,
     VERTEX,
     ElementCells,
-    ElementSupports,
     ends_of,
 )
 from tissuec.results.fields import Place
@@ -121,7 +120,7 @@ class DrawnMesh(Struct, frozen=True, eq=False, dict=True):
     Attributes:
         mesh: All that they may show.
         cells: What exists of it.
-        alive: Springs of the network that exist, shape (spring,).
+        alive: Entities of the network that exist, shape (entity,).
     """
 
     mesh: "RecordedMesh"
@@ -209,7 +208,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         hidden[np.searchsorted(bodies, np.flatnonzero(row < 0), side="right")] = True
         elements = np.flatnonzero(~hidden[np.searchsorted(bodies, solids.firsts, side="right")])
         own = solids.some(elements)
-        own = ElementCells(own.types, row[own.nodes], own.marks)
+        own = ElementCells(own.types, row[own.nodes], own.entities)
         return cls(
             network, nodes, springs, lines, triangles, shown, own, elements, solids, with_skin
         )
@@ -236,23 +235,17 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _skin(self) -> SupportedTriangles:
-        skin, marks = self.network.skin[self.faces], self.network.skin_marks
-        own = None if marks is None else marks[self.faces]
+        skin, every = self.network.skin[self.faces], self.network.skin_elements
+        own = None if every is None else every[self.faces]
         return SupportedTriangles(self.network.springs.ends, skin.astype(np.int64), own)
 
-    @cached_property
-    def _supports(self) -> ElementSupports:
-        return ElementSupports.of(self.all_solids.some(self.elements), self.network)
-
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
-        """Return the cells drawn while the springs ``alive``, shape (spring,), exist."""
+        """Return the cells drawn while the entities ``alive``, shape (entity,), exist."""
         shown = alive[self.springs]
         everything = slice(None) if shown.all() else shown  # which copies nothing
         lines, springs = self.lines[everything], self.springs[everything]
         faces = np.flatnonzero(self._skin.whole(alive))
-        triangles, elements = self.triangles[faces], np.arange(len(self.solids))
-        if len(elements) and not alive.all():
-            elements = np.flatnonzero(self._supports.whole(alive))
+        triangles, elements = self.triangles[faces], np.flatnonzero(alive[self.solids.entities])
         lonely = np.ones(len(self.nodes), dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False
@@ -306,5 +299,5 @@ def mesh_of(
 def everything(network: Network) -> RecordedMesh:
     """Return all that frames could show of a compiled network."""
     nodes = numbers_in(slice(0, network.body_nodes))
-    ends = network.springs.ends[: network.first_mark]
+    ends = network.springs.ends
     return RecordedMesh.of(network, nodes, np.flatnonzero((ends < len(nodes)).all(axis=1)))

@@ -148,7 +148,7 @@ class EventSide(NamedTuple):
         position: [m], shape (node, 3).
         velocity: [m/s], shape (node, 3).
         fields: Numbers of the fields by name, as their members sample them.
-        alive: Which springs exist, shape (spring,).
+        alive: Which entities exist, shape (entity,).
     """
 
     time: float
@@ -193,12 +193,12 @@ def concerned(springs: Sequence[int], network: Network) -> tuple[int, str]:
     """Return how many elements, edges of elements or springs an event concerned, and which.
 
     Args:
-        springs: Of the event. Where there are marks of elements among them, all others are
-            edges of these.
+        springs: Of the event. Where there are elements among them, all others are edges of
+            these.
     """
-    marks = sum(spring >= network.first_mark for spring in springs)
-    if marks:
-        return marks, "element"
+    elements = sum(spring >= network.spring_count for spring in springs)
+    if elements:
+        return elements, "element"
     of_elements = bool(springs) and all(map(network.is_edge, springs))
     return len(springs), "element edge" if of_elements else "spring"
 
@@ -261,5 +261,5 @@ def full_name(group: NamedGroup) -> str:
 
 
 def _within(network: Network, nodes: Indices) -> Indices:
-    ends = network.springs.ends[: network.first_mark]
+    ends = network.springs.ends
     return np.flatnonzero(np.isin(ends, nodes).all(axis=1))

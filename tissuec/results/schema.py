@@ -56,7 +56,7 @@ CHECKPOINT = GroupSpec(
         "rows": _texts("", "rows of every growing dataset, as JSON"),
         "version": _texts("", "of this format and of tissuec"),
         "scene": _texts("", "SHA-256 of the scene and the network"),
-        "alive": _array("spring", "which springs were alive", kind="bool"),
+        "alive": _array("entity", "which springs and elements were alive", kind="bool"),
         "wall_time": _array("", "how long it had taken", "s"),
     },
     when="runs that were interrupted, or took longer than five seconds",
@@ -107,7 +107,7 @@ SOLIDS = GroupSpec(
             "element", "VTK's number of the shape of each solid element", kind="u1"
         ),
         "nodes": _array("row", "nodes of each, one after another", kind="i4"),
-        "marks": _array("element", "the spring that represents each, or -1", kind="i4"),
+        "entities": _array("element", "number of each, behind those of springs", kind="i4"),
     },
     packed="large",
     when="scenes with solid elements",
@@ -137,7 +137,10 @@ BODIES = GroupSpec(
             "body 3",
             "rows, columns, and 1 if the last column is joined to the first; 0 without a grid",
         ),
-        "elements": _integers("body", "number of finite elements of each body"),
+        "elements": _integers(
+            "body 2",
+            f"first finite element {_ENDS} of each body; their numbers follow those of springs",
+        ),
         "thread": _integers(
             "body 5",
             "of each body that is a thread: its first piece and the spring after its last one, "
@@ -158,23 +161,10 @@ JOINTS = GroupSpec(
     },
     when="scenes with joints",
 )
-MARKS = GroupSpec(
-    "/tissuec/network/marks",
-    "marks of elements. Bodies whose elements can break have one more spring for each element "
-    "behind all others, without force and from a node to itself, which is there while the "
-    "element is: its *mark*",
-    {
-        "springs": _integers(
-            "body 2",
-            "of each body whose elements can break: the first spring that represents one of "
-            "them, without any force, and the one after the last",
-        ),
-        "name": _texts("body", "name of each such body"),
-        "skin": _integers(
-            "triangle",
-            "of each triangle of the skin: the spring that represents its element, or -1",
-        ),
-    },
+SKIN_ELEMENTS = GroupSpec(
+    "/tissuec/network/skin_elements",
+    "the element of each triangle of the skin, as numbers that follow those of springs, or -1",
+    {"": _integers("triangle", "element of each triangle of the skin")},
     when="scenes with elements that can break",
 )
 INELASTIC = GroupSpec(
@@ -245,9 +235,9 @@ REGIONS = GroupSpec(
 
 EVENTS = GroupSpec(
     "/tissuec/events",
-    "all events with the affected springs, which are `spring_count` rows of `springs` from "
-    "`first_spring`. Of elements that break, these are their marks and the edges that are lost "
-    "with them",
+    "all events with the affected springs and elements, which are `spring_count` rows of "
+    "`springs` from `first_spring`. Numbers of elements follow those of springs. With elements "
+    "that break, the edges are named that are lost with them",
     {
         "time": _array("event", "time of each event", "s"),
         "kind": _texts("event", "what happened: cut, rupture, grasp, …"),
@@ -390,7 +380,7 @@ PARTS = GroupSpec(
     {
         "alive": _array(
             "byte",
-            "which springs of the network exist in each part, eight in a byte, part after part",
+            "which springs and elements exist in each part, eight in a byte, part after part",
             kind="u1",
             in_parts=True,
         )
@@ -429,7 +419,7 @@ SIDES = GroupSpec(
         "time": _array("side", f"times {_TURN}", "s", chunk=FEW),
         "alive": _array(
             "byte",
-            f"which springs of the network exist, eight in a byte; {_TURN}",
+            f"which springs and elements of the network exist, eight in a byte; {_TURN}",
             kind="u1",
             chunk=CHUNK,
             in_parts=True,
@@ -467,7 +457,7 @@ PARTICLES = GroupSpec(
 GROUPS = (
     FRAMES, PARTS, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES, ERRORS,
     COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, SOLIDS, HIDDEN, LAWS,
-    BODIES, JOINTS, TOOLS, INELASTIC, MARKS, ORIGINS, ORIGINS_OF, SETS, REGIONS, CHECKPOINT,
-    SUMS,
+    BODIES, JOINTS, TOOLS, INELASTIC, SKIN_ELEMENTS, ORIGINS, ORIGINS_OF, SETS, REGIONS,
+    CHECKPOINT, SUMS,
 )  # fmt: skip
 """All groups, in the order of the manual."""

@@ -78,7 +78,7 @@ def file_size(
         total += count * (_bytes_of(axis) if count < LARGE else PACKED.get(axis, 0))
     columns = FrameColumns(recording, mesh_of(network, recording))
     solids = columns.mesh.all_solids
-    total += solids.types.nbytes + solids.nodes.nbytes + solids.marks.nbytes
+    total += solids.types.nbytes + solids.nodes.nbytes + solids.entities.nbytes
     total += sum(_frames(network, columns, moments(duration, output.every), 1 + events.cuts))
     total += sum(_sides(network, columns, min(events.times, MOST_EVENTS)))
     for log, channel in zip(output.logs, recording.logs, strict=True):

@@ -97,7 +97,7 @@ class _SampleRecorder(Recorder):
         super().__init__(network, plan, MemoryRecording())
         self.times = times
         self._rows: list[tuple[Floats, ...]] = []
-        self._strain = np.zeros(network.spring_count)
+        self._strain = np.zeros(network.entity_count)
         self._standing: tuple[State, EnergyBalance]
 
     def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
@@ -108,18 +108,19 @@ class _SampleRecorder(Recorder):
     def record(self, samples: Samples) -> None:
         super().record(samples)
         state, ledger = self._standing
-        none = np.zeros(self.network.spring_count, dtype=bool)
+        none = np.zeros(self.network.entity_count, dtype=bool)
         snapshot = Snapshot(state, samples.time, samples.position, samples.velocity, none)
         ledger = replace(ledger, work=samples.work, dissipated=samples.dissipated)
         tension = snapshot.tension
         strain = np.maximum(tension / state.springs.strength, -tension / state.springs.crush)
-        self._strain = np.maximum(self._strain, strain.max(axis=0, initial=0.0))
+        own = self._strain[: self.network.spring_count]
+        np.maximum(own, strain.max(axis=0, initial=0.0), out=own)
         for field in state.fields:
             if (breakable := field.breakable) is not None:
                 loads = [breakable.loads(position) for position in samples.position]
-                marks = breakable.limits.marks
+                own = breakable.entities
                 highest = np.max(loads, axis=0, initial=0.0)
-                self._strain[marks] = np.maximum(self._strain[marks], highest)
+                self._strain[own] = np.maximum(self._strain[own], highest)
         self._rows.append(
             (
                 samples.time,
@@ -165,10 +166,10 @@ def _breaks(outcome: Outcome, network: Network) -> tuple[Break, ...]:
 
     Edges that are lost with elements are left out.
     """
-    edges = network.edges
+    edges = np.flatnonzero(network.edges)
     found: dict[float, list[int]] = {}
     for time, logged_event in outcome.logged_events:
         if logged_event.kind in ("rupture", "crush"):
-            springs = [one for one in logged_event.springs if not edges[one]]
+            springs = [one for one in logged_event.springs if one not in edges]
             found.setdefault(time, []).extend(springs)
     return tuple(Break(time, np.sort(np.array(springs))) for time, springs in found.items())

@@ -146,7 +146,7 @@ class Equations:
         self.mass = state.mass[self.free]
         self.heavy = self.mass * state.weighing[self.free]
         self._still = state.position - network.position
-        self.springs = np.flatnonzero(state.alive)
+        self.springs = np.flatnonzero(state.alive_springs)
         numbers = (state.springs.stiffness, state.springs.damping, state.springs.rest)
         chosen = (np.asarray(each)[..., self.springs] for each in numbers)
         self.behaviour = ReferenceLaws(
@@ -337,7 +337,7 @@ class Equations:
         return np.maximum(springs.tension / self.strength, -springs.tension / self.crush)
 
     def element_burdens(self, moved: Floats) -> Floats:
-        """Return loads of elements divided by their limits, in the order of ``marks``.
+        """Return loads of elements divided by their limits, in the order of ``breakable``.
 
         The shape is (element,).
         """
@@ -345,10 +345,10 @@ class Equations:
         return np.concatenate([_NONE, *every])
 
     @property
-    def marks(self) -> Indices:
-        """Return the springs that mark the elements that may break, shape (element,)."""
+    def breakable(self) -> Indices:
+        """Return the elements that may break, as entities, shape (element,)."""
         none = np.zeros(0, dtype=np.int64)
-        return np.concatenate([none, *(each.marks for each in self.elements)])
+        return np.concatenate([none, *(each.breakable for each in self.elements)])
 
     def node_forces(self, springs: SpringStates) -> Floats:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""
@@ -562,14 +562,14 @@ def incidence_matrix(ends: NDArray[np.int32], nodes: int) -> sparse.csr_matrix:
 
 
 def overloaded(equations: Equations, moved: Floats, springs: SpringStates) -> Indices:
-    """Return the intact springs, and marks of elements, that are above their limits.
+    """Return the intact springs and elements that are above their limits.
 
-    They are numbers of the network, ascending, shape (n,).
+    They are entities, ascending, shape (n,).
 
     Args:
         equations: Of the stretch.
         moved: Displacements of all nodes [m], shape (node, 3).
     """
     torn = equations.springs[equations.burdens(springs) > 1.0]
-    broken = equations.marks[equations.element_burdens(moved) > 1.0]
+    broken = equations.breakable[equations.element_burdens(moved) > 1.0]
     return np.sort(np.concatenate([torn, broken]))

@@ -67,8 +67,8 @@ class ReferenceRun:
         self.queue = ReferenceQueue(plan.events, SAME * self.duration, last)
         self.waiting = list(range(len(plan.triggers)))
         self.work = self.lost = self.switched = self.initial = 0.0
-        self.ruptured = np.zeros(network.spring_count, dtype=bool)
-        self.strain = np.zeros(network.spring_count)
+        self.ruptured = np.zeros(network.entity_count, dtype=bool)
+        self.strain = np.zeros(network.entity_count)
         self.breaks: list[Break] = []
         self.firings: list[TriggerFiring] = []
         self.effort = Effort()
@@ -221,7 +221,7 @@ class ReferenceRun:
         for name in self.state.give_way(broken):
             broken = broken[broken != self.state.knots[name].hold]
         if len(broken):
-            edges = self.state.break_springs(broken)
+            edges = self.state.break_entities(broken)
             self.ruptured[broken] = self.ruptured[edges] = True
             self.breaks.append(Break(self.state.time, broken))
         self.state.seize()

@@ -23,7 +23,7 @@ NEAR = 1e-6  # of the step: crossings this near to the first one may be the firs
 
 
 class Break(Struct, frozen=True, eq=False):
-    """Springs that broke by themselves at a time [s]."""
+    """Springs and elements that broke by themselves at a time [s]."""
 
     time: float
     springs: Indices  # ascending
@@ -33,7 +33,7 @@ class Strains:
     """What can break in a stretch, springs and then elements, and how near to that it came.
 
     Attributes:
-        springs: Numbers of the springs, and of the marks of the elements, shape (able,).
+        springs: Their numbers as entities, shape (able,).
         highest: Largest load so far, shape (able,).
     """
 
@@ -41,7 +41,7 @@ class Strains:
         self._equations = equations
         breaks = np.isfinite(equations.strength) | np.isfinite(equations.crush)
         self._able = np.flatnonzero(breaks)
-        self.springs = np.concatenate([equations.springs[self._able], equations.marks])
+        self.springs = np.concatenate([equations.springs[self._able], equations.breakable])
         self.highest = np.zeros(len(self.springs))
 
     def at(self, time: float, y: Floats) -> Floats:

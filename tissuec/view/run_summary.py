@@ -128,8 +128,7 @@ def _events(outcome: "Outcome", network: "Network", *, details: bool) -> Iterato
 
 def _springs(network: "Network", springs: Sequence[int]) -> str:
     """Return which springs something happened to, by the author's ids."""
-    marks = [spring for spring in springs if spring >= network.first_mark]
-    if not springs or marks:  # of elements, the cause says which
+    if not springs or max(springs) >= network.spring_count:  # of elements, the cause says which
         return ""
     ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""

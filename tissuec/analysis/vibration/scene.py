@@ -208,6 +208,6 @@ def _fields(state: State, shift: Floats) -> dict[str, Floats]:
     still = np.zeros_like(state.velocity)
     memory = state.network.memory
     still[memory] = state.velocity[memory]
-    none = np.zeros(state.network.spring_count, dtype=bool)
+    none = np.zeros(state.network.entity_count, dtype=bool)
     there = Snapshot(state, state.time, state.position + shift, still, none)
     return {one.name: FIELDS[one.name].sample(there) for one in always_recorded()}

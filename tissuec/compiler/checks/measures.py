@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiler.checks import check
-from tissuec.compiler.checks.usage import breakable_springs, fixed_since
+from tissuec.compiler.checks.usage import breakable_entities, fixed_since
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.observed import CompiledCondition, ObservedMeasure
 from tissuec.compiler.measures.quantities import ObservedExpression
@@ -194,7 +194,7 @@ def _divides(compiled: Compiled, subject: Subject) -> bool:
     if (piece[subject.nodes] != piece[subject.nodes[0]]).any():
         return True
     own = piece[ends[:, 0]] == piece[subject.nodes[0]]
-    divided = breakable_springs(compiled)
+    divided = breakable_entities(compiled)
     for event in compiled.plan.every_event:
         if isinstance(event.action, Cut):
             divided[event.action.group.indices] = True

@@ -306,7 +306,9 @@ def _late_elements(compiled: Compiled) -> Iterator[Diagnostic]:
             late = np.flatnonzero(np.isfinite(strain) & (strain > IMPLAUSIBLE))
             if limits is None or not len(late):
                 continue
-            place = network.provenance["strength"][int(limits.marks[late[0]])].span
+            place = network.provenance["breaking"][
+                int(field.walls[late[0]]) - network.spring_count
+            ].span
             known = (one for tissue in tissues for one in tissue.given.values())
             given = next((one for one in known if one.span == place), None)
             stretch = 1.0 + float(strain[late[0]])

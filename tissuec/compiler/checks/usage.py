@@ -20,6 +20,7 @@ from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.mechanics.state import State
+from tissuec.model.edges import edges_of
 from tissuec.model.network import Indices
 from tissuec.scene.model import AssignedQuantity, Scene, Tissue
 from tissuec.scene.overrides.entries import SET
@@ -190,14 +191,16 @@ def _in_vain(entry: str, owner: str, place: Span) -> Diagnostic:
     )
 
 
-def breakable_springs(compiled: Compiled) -> NDArray[np.bool_]:
-    """Return which springs, and walls of elements, may rupture, shape (spring,)."""
-    network = compiled.network
-    breakable = np.isfinite(network.springs.strength) | np.isfinite(network.springs.crush)
+def breakable_entities(compiled: Compiled) -> NDArray[np.bool_]:
+    """Return which springs and elements may rupture, and edges of these, shape (entity,)."""
+    network, springs = compiled.network, compiled.network.springs
+    breakable = np.zeros(network.entity_count, dtype=bool)
+    finite = np.isfinite(springs.strength) | np.isfinite(springs.crush)
+    breakable[: network.spring_count] = finite
     for field in network.elements:
-        if field.limits is not None:
-            able = np.isin(field.walled, field.limits.finite)
-            breakable[field.walls[able]] = True
+        if (able := field.breakable) is not None:
+            breakable[able.entities] = True
+            breakable[edges_of(network, able.entities)] = True
     for event in compiled.plan.every_event:
         if follows(event.action, Breaking):
             breakable[event.action.breakable(network)] = True
@@ -209,7 +212,7 @@ def breakable_springs(compiled: Compiled) -> NDArray[np.bool_]:
 @check
 def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W404: the ruptures of something that cannot rupture are measured."""
-    groups, breakable = compiled.groups, breakable_springs(compiled)
+    groups, breakable = compiled.groups, breakable_entities(compiled)
     for name in _measured("ruptured", compiled.scene):
         if groups.is_known(name):
             springs = groups.springs(name).indices

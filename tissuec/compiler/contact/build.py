@@ -183,8 +183,9 @@ def _edges(faces: Faces, network: Network) -> SupportedEdges:
     """Return the supports of the edges of those faces that are triangles."""
     triangles = faces.points[faces.kind == TRIANGLE]
     rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
-    marks = None if network.skin_marks is None else network.skin_marks[: len(triangles)]
-    return SupportedEdges.of(network.springs.ends, rings, marks)
+    every = network.skin_elements
+    own = None if every is None else every[: len(triangles)]
+    return SupportedEdges.of(network.springs.ends, rings, own)
 
 
 def _pace(stiffness: Floats, network: Network) -> float:

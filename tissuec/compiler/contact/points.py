@@ -363,7 +363,7 @@ def face_points(
         bonds=np.concatenate([np.full((len(own.face), 2), -1), *(a.bonds for a in both)]),
         triangles=triangles,
         drawn=np.concatenate(areas),
-        marks=None if network.skin_marks is None else network.skin_marks[every],
+        elements=None if network.skin_elements is None else network.skin_elements[every],
         ends=network.springs.ends,
     )
     return FacePoints(

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.elements.branches import branches_of
 from tissuec.compiler.elements.inertia import turning_masses
-from tissuec.compiler.elements.limits import ElementMarks, LimitReader
+from tissuec.compiler.elements.limits import LimitReader
 from tissuec.compiler.elements.regions import by_shape
 from tissuec.compiler.elements.yielding import yielding_of
 from tissuec.compiler.materials.cutting_resistance import resistance_of_parts
@@ -45,7 +44,7 @@ from tissuec.model.springs import NUMBERS
 from tissuec.scene.bodies.elements import note_of, refuse
 from tissuec.scene.bodies.fibres import AXIAL, SECOND_FIBRES, Direction, Helix
 from tissuec.scene.bodies.prestress import PRESTRESS, examples
-from tissuec.scene.model import AssignedQuantity, Body, PrestressDirection, Tissue
+from tissuec.scene.model import AssignedQuantity, PrestressDirection, Tissue
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.laws import SOLID_LAW
 from tissuec.scene.tissues.quantities import (
@@ -461,59 +460,38 @@ def turned_around(axis: Floats, ahead: Floats, direction: str | Helix) -> Floats
     return axis if direction == AXIAL else ahead
 
 
-def marks_of(
-    body: Body, elements: Sequence[BodyElements], known: Provenance, first_node: int
-) -> ElementMarks:
-    """Return the springs that mark the elements of a body that may rupture.
-
-    Args:
-        elements: Its elements, shape by shape.
-        known: Origins of their limits.
-        first_node: Number of its first node in the network.
-    """
-    nodes = np.concatenate([one.nodes[:, 0] for one in elements]) + first_node
-    return ElementMarks.of(body, nodes, known)
-
-
 def element_blocks(
-    elements: Sequence[BodyElements],
-    position: Floats,
-    nodes: int,
-    ends: NDArray[np.int32],
-    first_spring: int,
-    first_mark: int,
+    elements: Sequence[BodyElements], position: Floats, first_node: int, first: int
 ) -> list[FieldBlock]:
     """Return the blocks of the elements of one body.
 
     Args:
         elements: Shape by shape.
         position: Of all nodes of the network [m], shape (node, 3).
-        nodes: Number of the first node of the body.
-        ends: Nodes of its springs in the network, shape (spring, 2).
-        first_spring: Number of the first of them.
-        first_mark: Number of the first spring that marks one of the elements.
+        first_node: Number of the first node of the body.
+        first: The first of the elements as an entity of the network.
     """
-    return [_block(one, position, nodes, ends, first_spring, first_mark) for one in elements]
+    found: list[FieldBlock] = []
+    for one in elements:
+        found.append(_block(one, position, one.nodes + first_node, first))
+        first += len(one.nodes)
+    return found
 
 
-def _block(
-    elements: BodyElements,
-    position: Floats,
-    first_node: int,
-    ends: NDArray[np.int32],
-    first_spring: int,
-    first_mark: int,
-) -> FieldBlock:
-    """Return the block of elements of one shape; see ``element_blocks``."""
-    nodes, springs = elements.nodes + first_node, (ends, first_spring, elements.span)
-    limits = elements.material.limits
-    material = elements.material._replace(limits=limits and limits.behind(first_mark))
+def _block(elements: BodyElements, position: Floats, nodes: Indices, first: int) -> FieldBlock:
+    """Return the block of elements of one shape; see ``element_blocks``.
+
+    Args:
+        nodes: In the network, shape (element, node).
+    """
     if elements.shape == TRIANGLE:
         from tissuec.forces.surfaces.membranes import Membranes
 
-        wall = cast("MembraneMaterial", material)
-        return Membranes.of(elements.body, nodes, position, wall, *springs).block
+        wall = cast("MembraneMaterial", elements.material)
+        own = elements.body, nodes, position, wall, first, elements.span
+        return Membranes.of(*own).block
     from tissuec.forces.solids.bent_elements import kind_of
 
-    shape, solid = SHAPES[elements.shape], cast("SolidMaterial", material)
-    return kind_of(shape).of(elements.body, shape, nodes, position, solid, *springs).block
+    shape, solid = SHAPES[elements.shape], cast("SolidMaterial", elements.material)
+    own = elements.body, shape, nodes, position, solid, first, elements.span
+    return kind_of(shape).of(*own).block

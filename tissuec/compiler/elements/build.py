@@ -49,6 +49,6 @@ def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]
         resistance=SpringResistance.none(len(drawing.length)),
         elements=elements,
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
-        breaking=reader.limits.known(reader.part) if body.may_rupture else None,
+        breaking=reader.limits.known(reader.part),
         weighing=None if body.is_wall else reader.weights() / arrays["mass"],
     )

@@ -1,17 +1,11 @@
-"""What breaks the elements of bodies that may rupture, and the springs that mark them.
+"""What breaks the elements of bodies that may rupture."""
 
-An element has a spring of its own that bears nothing. Where the element breaks, this mark dies,
-as springs do that break, so that results, checkpoints and scripts know what is left.
-"""
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.compiler.materials.cutting_resistance import SpringResistance
 from tissuec.compiler.materials.tissue_parts import (
     NOT_ALLOWED,
     Material,
@@ -20,14 +14,11 @@ from tissuec.compiler.materials.tissue_parts import (
 )
 from tissuec.core.errors import Note
 from tissuec.core.names import key_of
-from tissuec.core.source import Span
 from tissuec.geometry.edges import TriangleIndex
-from tissuec.laws import LINEAR
 from tissuec.meshes.elements import TRIANGLE
 from tissuec.meshes.generators import ElementMesh
 from tissuec.model.blocks import FieldBlock
-from tissuec.model.network import Floats, Indices, MarkPart, Origin, Provenance
-from tissuec.model.springs import NUMBERS, Springs
+from tissuec.model.network import Indices, Origin, Provenance
 from tissuec.scene.bodies.elements import note_of, refuse
 from tissuec.scene.model import AssignedQuantity, Body
 from tissuec.scene.reading.findings import Findings
@@ -43,54 +34,8 @@ CRUSHING = "crushing force"
 AT_TIPS = {"hexahedron": 0.3, "wedge": 0.25, "tetrahedron": 0.2, TRIANGLE: 0.23}
 
 
-class ElementMarks(Struct, frozen=True, eq=False):
-    """Springs that mark the elements of one body, as a part of a network.
-
-    Attributes:
-        springs: One for each element, at the nodes that it has in the network.
-        memory: Nothing.
-        provenance: Of their numbers, by name; ``strength`` is that of the limits of elements.
-        name: Of the body.
-        span: Of the body.
-    """
-
-    springs: Springs
-    provenance: Mapping[str, Provenance]
-    name: str
-    span: Span
-    memory: Mapping[str, Floats] = {}
-
-    @property
-    def resistance(self) -> SpringResistance:
-        """Return the cutting resistance of the marks, which is zero."""
-        return SpringResistance.none(len(self.springs.ids))
-
-    @classmethod
-    def of(cls, body: Body, nodes: Indices, known: Provenance) -> "ElementMarks":
-        """Return the marks of elements.
-
-        Args:
-            nodes: One node of each element in the network, shape (element,).
-            known: Where their limits come from.
-        """
-        count = len(nodes)
-        numbers = dict(zip(NUMBERS, (0.0, 0.0, 0.0, np.inf, np.inf), strict=True))
-        springs = Springs.of(
-            np.stack([nodes, nodes], axis=1).astype(np.int32),
-            {name: np.broadcast_to(value, count) for name, value in numbers.items()},
-            np.broadcast_to(np.int32(0), count),
-            (LINEAR,),
-            np.arange(1, count + 1),
-        )
-        return cls(springs, dict.fromkeys(NUMBERS, known), body.name, body.span)
-
-    def part(self, first: int) -> MarkPart:
-        """Return where they are in a network in which the first has a number."""
-        return MarkPart(self.name, slice(first, first + len(self.springs.ids)), self.span)
-
-
-def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
-    """Return the mark of the element that each triangle of a skin belongs to, or -1.
+def skin_elements(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
+    """Return the element that each triangle of a skin belongs to, as an entity, or -1.
 
     The shape is (triangle,). None where no element may break.
 
@@ -105,11 +50,10 @@ def skin_marks(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices
     found = np.full(len(skin), -1)
     index = TriangleIndex(skin)
     for field in able:
-        assert field.limits is not None
         faces = field.faces
         place = index.find(faces.reshape(-1, 3))
-        marks = np.repeat(field.limits.marks, faces.shape[1])
-        found[place[place >= 0]] = marks[place >= 0]
+        own = np.repeat(field.walls, faces.shape[1])
+        found[place[place >= 0]] = own[place >= 0]
     return found
 
 
@@ -169,7 +113,7 @@ class LimitReader:
 
     @property
     def limits(self) -> "ElementLimits | None":
-        """Return the limits of the elements, with marks numbered within the body."""
+        """Return the limits of the elements; None where nothing may rupture."""
         if not self.body.may_rupture:
             return None
         from tissuec.forces.solids.element_limits import ElementLimits
@@ -180,7 +124,7 @@ class LimitReader:
         )
         share = [np.full(len(one.nodes), AT_TIPS[one.shape]) for one in self.shapes]
         toughness = toughness * np.concatenate(share)
-        return ElementLimits(strain, stress, toughness, np.arange(len(self.part)))
+        return ElementLimits(strain, stress, toughness)
 
     def known(self, part: NDArray[np.integer]) -> Provenance:
         """Return the origins of limits: one for each part, and that of a second limit.

@@ -54,7 +54,7 @@ class WallBending(Struct, frozen=True, eq=False):
         first_node: int,
         ends: NDArray[np.int32],
         first_spring: int,
-        first_mark: int | None,
+        first: int | None,
     ) -> FieldBlock:
         """Return the block of the wall.
 
@@ -63,19 +63,18 @@ class WallBending(Struct, frozen=True, eq=False):
             first_node: Number of the first node of the body.
             ends: Nodes of its springs in the network, shape (spring, 2).
             first_spring: Number of the first of them.
-            first_mark: Number of the first spring that marks one of its triangles; None where
-                these do not break.
+            first: The first of its triangles as an entity; None where these do not break.
         """
         from tissuec.forces.surfaces.plates import Plates
 
-        marks = None
-        if first_mark is not None:
+        triangles = None
+        if first is not None:
             own = np.arange(len(self.nodes))[:, None]
-            marks = np.where(self.beside < 0, own, self.beside) + first_mark
-            marks = np.concatenate([own + first_mark, marks], axis=1)
+            beside = np.where(self.beside < 0, own, self.beside)
+            triangles = first + np.concatenate([own, beside], axis=1)
         return Plates.of(
             self.body, self.nodes + first_node, position, self.stiffness, self.delay, ends,
-            first_spring, self.span, marks,
+            first_spring, self.span, triangles,
         ).block  # fmt: skip
 
 

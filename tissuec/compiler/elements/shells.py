@@ -9,7 +9,7 @@ from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.core.hints import leaving_out
 from tissuec.forces.surfaces.bending import Hinges, hinges_at
 from tissuec.model.network import Floats
-from tissuec.model.topology import springs_between
+from tissuec.model.topology import PairIndex
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.reading.findings import Findings
 
@@ -71,7 +71,7 @@ def hinges_of(
     delay = np.divide(damping, stiffness, where=acts, out=np.zeros_like(damping))
     at, each = ends[acts].ravel(), np.repeat(delay[acts], 2)
     delay = np.bincount(at, each, count) / np.maximum(np.bincount(at, minlength=count), 1)
-    walls, which = springs_between(ends, nodes[:, _SIDES].reshape(-1, 2))
+    walls, which = PairIndex(ends).between(nodes[:, _SIDES].reshape(-1, 2))
     slowness = delay[nodes].mean(axis=1)
     owners = which // len(_SIDES)
     return hinges_at(position, nodes, rigidity, rigidity * slowness, walls, owners)

@@ -69,7 +69,7 @@ def joined_resistance(
     """Return the resistance of a network; None if blades need no energy anywhere.
 
     Args:
-        springs: Of bodies, joints and marks, one after the other.
+        springs: Of bodies and joints, one after the other.
         elements: Of elements [J/m²] by the name of their block, shape (element,).
     """
     found = CuttingResistance(

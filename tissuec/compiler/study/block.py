@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from tissuec.compiler.checks.measures import saying_nothing, taken_in
-from tissuec.compiler.checks.usage import breakable_springs
+from tissuec.compiler.checks.usage import breakable_entities
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.study.expectations import check_expectations
 from tissuec.compiler.study.measures import StudyMeasure, compile_measures
@@ -54,7 +54,7 @@ def _idle_measures(
         return
     for one in measures:
         if one.event == RUPTURE:
-            breakable = breakable_springs(compiled)
+            breakable = breakable_entities(compiled)
             if not (breakable if one.springs is None else breakable[one.springs]).any():
                 yield Diagnostic(
                     "W404",

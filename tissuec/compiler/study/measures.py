@@ -256,7 +256,7 @@ class _MeasureReader:
             springs = self.groups.springs(subject).indices
             if not self.groups.is_springs(subject):
                 nodes = self.groups.nodes(subject).indices
-                springs = np.append(springs, self.network.marks_within(nodes))
+                springs = np.append(springs, self.network.elements_within(nodes))
         return StudyMeasure(name, "s", TIME, EVENT, event=kind.key, springs=springs)
 
     # --- parts --------------------------------------------------------------------------------

@@ -197,13 +197,14 @@ class EventHandler:
             springs = springs[springs != knot.hold]
             self._log(slipped(name, knot))
         motion = state.position, state.velocity
-        is_pressed = observables.tension(state, *motion, springs) < 0.0
-        edges = state.break_springs(springs)
+        edges = state.break_entities(springs)
         self.run_state.ruptured[springs] = self.run_state.ruptured[edges] = True
-        is_mark = springs >= self.network.first_mark
-        self._log_broken("rupture", springs[~is_pressed & ~is_mark])
+        is_element = springs >= self.network.spring_count
+        springs, elements = springs[~is_element], springs[is_element]
+        is_pressed = observables.tension(state, *motion, springs) < 0.0
+        self._log_broken("rupture", springs[~is_pressed])
         self._log_broken("crush", springs[is_pressed])
-        for event in broken_elements(self.network, motion[0], springs[is_mark], edges):
+        for event in broken_elements(self.network, motion[0], elements, edges):
             self._log(event)
 
     def _log_broken(self, kind: str, springs: Indices) -> None:
@@ -276,19 +277,22 @@ _EXCEEDED = {
 
 
 def broken_elements(
-    network: Network, position: Floats, marks: Indices, edges: Indices
+    network: Network, position: Floats, elements: Indices, edges: Indices
 ) -> Iterator[LoggedEvent]:
     """Yield an event for all that broke by one entry of a scene.
 
     Args:
         position: Of all nodes [m], shape (node, 3).
-        marks: Of the elements that break now, shape (n,).
+        elements: Those that break now, as entities, shape (n,).
         edges: Springs that are lost with them, shape (m,); they are entered with the first.
     """
-    known = network.provenance["strength"]
-    for index in np.unique(known.index[marks]).tolist():
-        of_part = marks[known.index[marks] == index]
-        limit = np.array([_exceeded(network, position, mark) for mark in of_part.tolist()])
+    if not len(elements):
+        return
+    known = network.provenance["breaking"]
+    part = known.index[elements - network.spring_count]
+    for index in np.unique(part).tolist():
+        of_part = elements[part == index]
+        limit = np.array([_exceeded(network, position, one) for one in of_part.tolist()])
         for name in dict.fromkeys(limit.tolist()):
             own = of_part[limit == name]
             springs = (*own.tolist(), *edges.tolist())
@@ -299,14 +303,14 @@ def broken_elements(
             edges = edges[:0]
 
 
-def _exceeded(network: Network, position: Floats, mark: int) -> str:
+def _exceeded(network: Network, position: Floats, element: int) -> str:
     """Return which limit an element exceeded: the one that it exceeds the most."""
-    field, item = _element(network, mark)
+    field, item = _element(network, element)
     limits = [name for name in _EXCEEDED if np.isfinite(getattr(field.limits, name)[item])]
     if len(limits) < 2:
         return limits[0]
     breakable = field.breakable
-    alone = breakable.some(np.flatnonzero(breakable.limits.marks == mark))
+    alone = breakable.some(np.flatnonzero(breakable.entities == element))
 
     def load(name: str) -> float:
         without = {one: np.array([np.inf]) for one in limits if one != name}
@@ -316,24 +320,24 @@ def _exceeded(network: Network, position: Floats, mark: int) -> str:
     return max(limits, key=load)
 
 
-def _element(network: Network, mark: int) -> tuple[Any, int]:
-    """Return the field of the element that a mark belongs to, and its number there."""
-    body = network.owner(mark).name
-    field = next(one for one in network.elements_of(body) if mark in one.limits.marks)
-    return field, int(np.flatnonzero(field.limits.marks == mark)[0])
+def _element(network: Network, element: int) -> tuple[Any, int]:
+    """Return the field of an element, and its number there."""
+    body = network.owner(element).name
+    field = next(one for one in network.elements_of(body) if element in one.walls)
+    return field, int(np.flatnonzero(field.walls == element)[0])
 
 
-def _cause(network: Network, marks: Indices, limit: str) -> str:
+def _cause(network: Network, elements: Indices, limit: str) -> str:
     """Return why elements of one body broke, with the number and place of the first."""
-    first = int(marks[0])
+    first = int(elements[0])
     body, (field, item) = network.owner(first).name, _element(network, first)
     corners = network.position[field.nodes[item]]
     centre = ", ".join(show(float(x), LENGTH) for x in corners.mean(axis=0))
     what, of = _EXCEEDED[limit]
-    place = f"element {network.springs.ids[first]} of {body} around ({centre})"
-    if len(marks) == 1:
+    place = f"element {network.number_of(first)} of {body} around ({centre})"
+    if len(elements) == 1:
         return f"the {what} of {place} exceeded the {of}"
-    return f"the {what} of {counted(len(marks), 'element')} exceeded the {of}, first {place}"
+    return f"the {what} of {counted(len(elements), 'element')} exceeded the {of}, first {place}"
 
 
 Log = Sequence[tuple[float, LoggedEvent]]

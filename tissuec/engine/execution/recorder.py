@@ -199,7 +199,7 @@ class Recorder:
         # Below, energies are made of rounding, and no balance is judged by them.
         self.memory = ExpectationMemory(scale=most_stored(network, FLOOR * network.extent))
         self._ledger = EnergyBalance()
-        self._ruptured = np.zeros(network.spring_count, dtype=bool)
+        self._ruptured = np.zeros(network.entity_count, dtype=bool)
         self._tears = False  # whether something ruptured in the last events
         self._state: State | None = None
         self._alive: NDArray[np.bool_] | None = None
@@ -225,7 +225,7 @@ class Recorder:
 
         Args:
             state: The state after these events.
-            ruptured: Springs that broke by themselves until now, shape (spring,).
+            ruptured: Entities that broke by themselves until now, shape (entity,).
             ledger: Initial and switched energy; the samples bring work and dissipation.
         """
         self._state = _frozen(state)

@@ -30,7 +30,7 @@ class RunState(Struct, eq=False):
     Attributes:
         queue: What is still to come.
         waiting: Triggers that have not fired, by their places in the plan.
-        ruptured: Which springs broke by themselves, shape (spring,).
+        ruptured: Which entities broke by themselves, shape (entity,).
         memory: What the recorder must know.
         initial, switched: Of the energy ledger [J].
         logged_events: The event log so far, each entry with its time [s].
@@ -62,7 +62,7 @@ class RunState(Struct, eq=False):
             plan.start(network),
             ActionQueue.of(plan),
             list(range(len(plan.triggers))),
-            np.zeros(network.spring_count, dtype=bool),
+            np.zeros(network.entity_count, dtype=bool),
             memory,
         )
 

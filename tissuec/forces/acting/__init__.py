@@ -31,7 +31,7 @@ class Acted(Struct, frozen=True, eq=False):
         area: Area of skin that each represents [m²], shape (n,); zero inside of a body.
         skin: Triangles of the skin of the whole network, shape (triangle, 3).
         ends: Nodes of each spring of the network, shape (spring, 2).
-        skin_marks: The spring that marks the element of each triangle of the skin, or -1, shape
+        skin_elements: The element of each triangle of the skin, an entity, or -1, shape
             (triangle,); None where no element may break.
     """
 
@@ -41,7 +41,7 @@ class Acted(Struct, frozen=True, eq=False):
     area: Floats
     skin: NDArray[np.integer]
     ends: NDArray[np.integer]
-    skin_marks: Indices | None = None
+    skin_elements: Indices | None = None
 
     def drawn(self, nodes: Indices) -> Floats:
         """Return where some of these nodes are drawn [m], shape (…, 3).
@@ -70,8 +70,8 @@ class Acted(Struct, frozen=True, eq=False):
             )
         corners = self.skin[rows].astype(np.int64)
         drawn = Areas.at(np.searchsorted(self.nodes, corners), self.position).area
-        marks = None if self.skin_marks is None else self.skin_marks[rows]
-        return SkinTriangles(corners, rows, drawn, self.ends, marks)
+        elements = None if self.skin_elements is None else self.skin_elements[rows]
+        return SkinTriangles(corners, rows, drawn, self.ends, elements)
 
 
 class ForceOutput(Struct, frozen=True, eq=False):

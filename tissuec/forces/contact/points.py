@@ -35,7 +35,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
             (point, 2).
         triangles: Nodes of the triangles that have points, shape (triangle, 3).
         drawn: Their areas as drawn [m²], shape (triangle,).
-        marks: Springs that mark the elements of these, see ``SupportedTriangles``.
+        elements: Those that these belong to, see ``SupportedTriangles``.
         ends: Nodes of all springs, shape (spring, 2).
     """
 
@@ -46,7 +46,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
     bonds: Indices
     triangles: Indices
     drawn: Floats
-    marks: Indices | None
+    elements: Indices | None
     ends: NDArray[np.int32]
 
     def behind(self, values: Floats) -> Floats:
@@ -111,4 +111,4 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _supported(self) -> SupportedTriangles:
-        return SupportedTriangles(self.ends, self.triangles, self.marks)
+        return SupportedTriangles(self.ends, self.triangles, self.elements)

@@ -36,7 +36,6 @@ from tissuec.forces.fields import SECONDS
 from tissuec.forces.grouped_items import CarriedPoints, GroupedItems
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.topology import springs_between
 
 NONE = 1e-200  # keeps the centroid of a cavity without volume finite [m⁶]
 
@@ -118,7 +117,7 @@ class FluidCavities(KeptVolumes, frozen=True):
         at = np.array([owner[rims.nodes_of(rim)[0]] for rim in range(rims.count)], dtype=int)
         cap_first = np.searchsorted(np.sort(at), np.arange(count + 1)).astype(np.int64)
         pairs = faces.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-        walls, which = springs_between(network.springs.ends, pairs)
+        walls, which = network.pairs.between(pairs)
         walls, walled = np.unique(np.stack([walls, component[which // 3]]), axis=1)
         found = cls(
             walls, walled, name, np.zeros(count), modulus, (), span, triples,

@@ -41,7 +41,6 @@ from tissuec.forces.grouped_items import NO_POINTS, GroupedItems
 from tissuec.geometry.edges import parallelograms, volume
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.model.topology import springs_between
 
 
 def _face(x: Sequence[Vector], p: Numbers) -> Sequence[Number]:
@@ -163,9 +162,9 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     if drawn == 0.0 or not np.isfinite(drawn):
         raise ValueError(f"the surface of {part.name} encloses nothing")
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    walls = np.unique(springs_between(network.springs.ends, edges)[0])
-    if (marks := network.skin_marks_of(part)) is not None:
-        walls = np.append(walls, marks[marks >= 0])
+    walls = np.unique(network.pairs.between(edges)[0])
+    if (elements := network.skin_elements_of(part)) is not None:
+        walls = np.append(walls, elements[elements >= 0])
     first = np.array([0, len(triangles)])
     return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
 
@@ -189,7 +188,7 @@ def _cells(
     once = np.sort(np.unique(corners[0], return_index=True)[1])
     members = np.concatenate([corners[:, once], inner], axis=1)
     pairs = np.array(list(combinations(range(members.shape[1]), 2)), dtype=np.int64)
-    walls, which = springs_between(network.springs.ends, members[:, pairs].reshape(-1, 2))
+    walls, which = network.pairs.between(members[:, pairs].reshape(-1, 2))
     return faces.reshape(-1, 4), sides * np.arange(count + 1), walls, which // len(pairs)
 
 
@@ -232,9 +231,7 @@ def _patches(
     keys = np.sort(pairs, axis=2) @ np.array([size, 1])
     all_owners = np.repeat(nodes, 6, axis=1), np.tile(keys, (1, 4))
     walled, keys = np.unique(np.stack([each.ravel() for each in all_owners]), axis=1)
-    walls, which = springs_between(
-        network.springs.ends, np.stack(np.divmod(keys, size), axis=1)
-    )
+    walls, which = network.pairs.between(np.stack(np.divmod(keys, size), axis=1))
     cell = cast(Indices, np.searchsorted(owner[order][first], walled[which]))
     return faces[order], np.append(first, len(faces)), walls, cell
 

@@ -63,23 +63,15 @@ class ElementLimits(NamedTuple):
         stress: [Pa], shape (element,).
         toughness: Energy per area of a crack that they hold when they break [J/m²], shape
             (element,).
-        marks: The spring without force that marks each element: it exists while the
-            element is, shape (element,).
     """
 
     strain: Floats
     stress: Floats
     toughness: Floats
-    marks: Indices
 
     def some(self, items: Indices) -> "ElementLimits":
         """Return those of some elements, by indices of shape (n,)."""
-        strain, stress = self.strain[items], self.stress[items]
-        return ElementLimits(strain, stress, self.toughness[items], self.marks[items])
-
-    def behind(self, first: int) -> "ElementLimits":
-        """Return the same with marks that are counted from a first one."""
-        return self._replace(marks=first + self.marks)
+        return ElementLimits(self.strain[items], self.stress[items], self.toughness[items])
 
     @property
     def finite(self) -> Indices:
@@ -94,14 +86,17 @@ class BreakableElements(Struct, frozen=True, eq=False):
     Attributes:
         elements: All of them have a limit.
         limits: Theirs.
+        entities: Their numbers among the entities of the network, shape (element,).
     """
 
     elements: Loaded
     limits: ElementLimits
+    entities: Indices
 
     def some(self, items: Indices) -> "BreakableElements":
         """Return some of them, by indices of shape (n,)."""
-        return BreakableElements(self.elements.only(items), self.limits.some(items))
+        own = self.elements.only(items), self.limits.some(items)
+        return BreakableElements(*own, self.entities[items])
 
     def loading(self, place: Indices) -> Callable[[Floats], Floats]:
         """Return the function that finds loads divided by limits, shape (element,).
@@ -128,12 +123,12 @@ class BreakableElements(Struct, frozen=True, eq=False):
         return self.loading(np.arange(len(position)))(x)
 
     def broken(self, position: Floats) -> Indices:
-        """Return the marks of those that break, shape (n,).
+        """Return the entities that break, shape (n,).
 
         Args:
             position: Of all nodes [m], shape (node, 3).
         """
-        return self.limits.marks[self.loads(position) > 1.0]
+        return self.entities[self.loads(position) > 1.0]
 
 
 def measures_of(point: TracedPoint) -> dict[str, Number]:

@@ -35,7 +35,6 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.autodiff.points import TracedPoint
@@ -54,7 +53,6 @@ from tissuec.geometry.elements import ElementShape, Measures
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
-from tissuec.model.topology import springs_between
 
 _SECONDS = 4.5e-9  # of one evaluation of a point, for each of its nodes
 _TENSOR_SECONDS = 6e-8  # and for each branch, or where it yields
@@ -129,8 +127,7 @@ class SolidElements(PointField, frozen=True):
         nodes: Indices,
         position: Floats,
         material: SolidMaterial,
-        ends: NDArray[np.int32],
-        first_spring: int,
+        first: int,
         span: Span,
     ) -> Self:
         """Return elements as they are drawn.
@@ -141,8 +138,7 @@ class SolidElements(PointField, frozen=True):
             nodes: Shape (element, node).
             position: Of all nodes as drawn [m], shape (node, 3).
             material: What they are made of.
-            ends: Nodes of the springs of the body, shape (spring, 2).
-            first_spring: Number of the first of these.
+            first: The first of them as an entity of the network.
             span: The entry that asks for them.
 
         Raises:
@@ -163,15 +159,10 @@ class SolidElements(PointField, frozen=True):
         if len(flat):
             raise ValueError(f"{shape.name} {flat[0]} is flat or inside out")
         local = np.minimum(shape.local * material.shear, material.bulk)
-        pairs = nodes[:, shape.edges].reshape(-1, 2)
-        edges, which = springs_between(ends, pairs)
-        walls, walled = first_spring + edges, which // len(shape.edges)
-        if material.limits is not None:
-            walls = np.append(walls, material.limits.marks)
-            walled = np.append(walled, np.arange(len(nodes)))
+        every = np.arange(len(nodes))
         law, laws = numbered_laws(material.law, material.laws)
         attributes = {
-            "walls": walls, "walled": walled, "nodes": nodes, "name": name,
+            "walls": first + every, "walled": every, "nodes": nodes, "name": name,
             "limits": material.limits, "laws": laws, "shear": material.shear,
             "viscosity": material.viscosity, "law": law, "fibres": fibres,
             "branches": branches, "yielding": yielding, "recalled": None,
@@ -204,6 +195,11 @@ class SolidElements(PointField, frozen=True):
         return FieldBlock(
             f"the {self.shape.name} elements of {self.name}", "elements", self, self.span
         )
+
+    @property
+    def edges(self) -> Indices:
+        """Return the nodes of the edges of each element, shape (element, edge, 2)."""
+        return self.nodes[:, self.shape.edges]
 
     @property
     def faces(self) -> Indices:

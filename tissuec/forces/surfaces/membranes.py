@@ -36,7 +36,6 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.core.arrays import cross
 from tissuec.core.source import Span
@@ -51,7 +50,6 @@ from tissuec.forces.surfaces.plane_point import LEAST_SQUARE, traced_point
 from tissuec.laws.solid import SolidLaw
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
-from tissuec.model.topology import springs_between
 
 _SECONDS = 2.5e-8  # of one evaluation of a triangle
 _TENSOR_SECONDS = 4e-9  # and for each tensor that it remembers
@@ -121,8 +119,7 @@ class Membranes(PointField, frozen=True):
         nodes: Indices,
         position: Floats,
         material: MembraneMaterial,
-        ends: NDArray[np.int32],
-        first_spring: int,
+        first: int,
         span: Span,
     ) -> Self:
         """Return triangles as they are drawn.
@@ -132,8 +129,7 @@ class Membranes(PointField, frozen=True):
             nodes: Shape (triangle, 3).
             position: Of all nodes as drawn [m], shape (node, 3).
             material: What they are made of.
-            ends: Nodes of the springs of the body, shape (spring, 2).
-            first_spring: Number of the first of these.
+            first: The first of them as an entity of the network.
             span: The entry that asks for them.
 
         Raises:
@@ -150,14 +146,9 @@ class Membranes(PointField, frozen=True):
             along = along / np.linalg.norm(along, axis=2)[..., None]
             fibres = replace(material.fibres, along=along)
         law, laws = numbered_laws(material.law, material.laws)
-        edges, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
-        walls, walled = first_spring + edges, which // len(EDGES)
-        if material.limits is not None:
-            walls = np.append(walls, material.limits.marks)
-            walled = np.append(walled, np.arange(len(nodes)))
-        none = np.zeros((len(nodes), 0))
+        every, none = np.arange(len(nodes)), np.zeros((len(nodes), 0))
         made = cls(
-            walls, walled, nodes, name, material.limits, laws, material.shear,
+            first + every, every, nodes, name, material.limits, laws, material.shear,
             material.viscosity, law, fibres, material.branches, material.yielding, None,
             none, none, gradients @ longer, material.thickness * area, area,
             material.thickness, material.bulk, longer, span,
@@ -169,6 +160,11 @@ class Membranes(PointField, frozen=True):
     def block(self) -> FieldBlock:
         """Return this as a block of a net."""
         return FieldBlock(f"the triangles of {self.name}", "membranes", self, self.span)
+
+    @property
+    def edges(self) -> Indices:
+        """Return the nodes of the edges of each triangle, shape (triangle, 3, 2)."""
+        return self.nodes[:, EDGES]
 
     @property
     def faces(self) -> Indices:

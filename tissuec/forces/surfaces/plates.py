@@ -27,7 +27,7 @@ from tissuec.forces.potential_fields import PotentialField
 from tissuec.forces.surfaces.bending import Fold, hinges_at
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
-from tissuec.model.topology import springs_between
+from tissuec.model.topology import PairIndex
 
 #: Places in a patch of the nodes of the hinge opposite to each corner.
 HINGES = ((1, 2, 0, 3), (2, 0, 1, 4), (0, 1, 2, 5))
@@ -97,7 +97,7 @@ class Plates(PotentialField, frozen=True):
         ends: NDArray[np.int32],
         first_spring: int,
         span: Span,
-        marks: Indices | None = None,
+        triangles: Indices | None = None,
     ) -> Self:
         """Return plates that are at rest as they are drawn.
 
@@ -110,7 +110,7 @@ class Plates(PotentialField, frozen=True):
             ends: Nodes of the springs of the body, shape (spring, 2).
             first_spring: Number of the first of these.
             span: The entry that asks for it.
-            marks: The springs that mark the triangles of each patch, shape (triangle, n); None
+            triangles: Those of each patch as entities of the network, shape (triangle, n); None
                 where these do not break.
         """
         none = np.zeros(0, dtype=np.int64)
@@ -120,12 +120,12 @@ class Plates(PotentialField, frozen=True):
         zero = np.zeros(int(is_hinge.sum()))
         hinges = hinges_at(position, own[is_hinge], zero, zero, none, none)
         drawn[is_hinge], squares[is_hinge] = hinges.drawn, hinges.squares
-        edges, which = springs_between(ends, nodes[:, EDGES].reshape(-1, 2))
+        edges, which = PairIndex(ends).between(nodes[:, EDGES].reshape(-1, 2))
         walls, walled = first_spring + edges, which // len(EDGES)
         count = len(nodes)
-        if marks is not None:
-            walls = np.append(walls, marks)
-            walled = np.append(walled, np.repeat(np.arange(count), marks.shape[1]))
+        if triangles is not None:
+            walls = np.append(walls, triangles)
+            walled = np.append(walled, np.repeat(np.arange(count), triangles.shape[1]))
         return cls(
             walls, walled, nodes, name, stiffness, delay,
             drawn.reshape(count, 3), squares.reshape(count, 3, 2), span,

@@ -44,7 +44,7 @@ class SkinTriangles:
         rows: Their numbers among all triangles of the skin, shape (triangle,).
         drawn: Their areas as drawn [m²], shape (triangle,).
         ends: Nodes of each spring of the network, shape (spring, 2).
-        marks: The spring that marks the element of each, or -1, shape (triangle,); None where
+        elements: The element of each, an entity, or -1, shape (triangle,); None where
             no element may break.
 
     Attributes:
@@ -57,11 +57,11 @@ class SkinTriangles:
         rows: Indices,
         drawn: Floats,
         ends: NDArray[np.integer],
-        marks: Indices | None = None,
+        elements: Indices | None = None,
     ):
         self.corners, self.rows, self.drawn = corners, rows, drawn
-        self._ends, self._marks = ends, marks
-        self._supported = SupportedTriangles(ends, corners, marks)
+        self._ends, self._elements = ends, elements
+        self._supported = SupportedTriangles(ends, corners, elements)
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -78,8 +78,8 @@ class SkinTriangles:
     def some(self, items: Indices) -> "SkinTriangles":
         """Return some of the triangles, by indices of shape (n,)."""
         parts = self.corners[items], self.rows[items], self.drawn[items]
-        marks = None if self._marks is None else self._marks[items]
-        return SkinTriangles(*parts, self._ends, marks)
+        elements = None if self._elements is None else self._elements[items]
+        return SkinTriangles(*parts, self._ends, elements)
 
     def torn(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the triangles that are cut or torn, ascending.

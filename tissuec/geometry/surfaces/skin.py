@@ -66,12 +66,12 @@ class BodySkin(Struct, frozen=True, eq=False):
         first = body.nodes.start
         triangles = network.skin_of(body)
         numbers = _numbers(body) + first
-        marks = network.skin_marks_of(body)
+        elements = network.skin_elements_of(body)
         edges, along, down = (
             SupportedEdges.of(
                 network.springs.ends,
                 np.stack([here, np.roll(here, -1, axis=axis)], axis=-1),
-                marks if here is triangles else None,
+                elements if here is triangles else None,
             )
             for here, axis in ((triangles, 1), (numbers, 1), (numbers, 0))
         )

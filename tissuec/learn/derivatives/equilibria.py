@@ -88,7 +88,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         """
         leg = self.leg
         state = State.start(network, gravity=leg.gravity, drag=0.0)
-        state.time, state.alive = leg.start, leg.alive_springs
+        state.time, state.alive = leg.start, leg.is_alive
         numbers = leg.changed(vector)
         changed = {name: leg.order.array(numbers, name) for name in NETWORK}
         state.mass = changed.pop("mass")
@@ -168,11 +168,11 @@ def _stand(
     way = np.where(held[:, None], state.position - before, 0.0)
     remarks = _settle(state, chosen)
     while len(broken := overloaded(state)):
-        state.break_springs(broken)
+        state.break_entities(broken)
         state.let_leak()
         remarks = _settle(state, chosen)
     reached = np.zeros_like(held)
-    reached[state.springs.ends[state.alive]] = True
+    reached[state.springs.ends[state.alive_springs]] = True
     for field in state.fields:
         reached |= field.touched(state.position)
     leg = leg_of(state, state.time, changes, order, remembers=False)

@@ -177,9 +177,9 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict[bytes, PrescribedPaths])
 
     @cached_property
-    def alive_springs(self) -> NDArray[np.bool_]:
-        """Return which springs act, shape (spring,)."""
-        found = np.zeros(self.network.spring_count, dtype=bool)
+    def is_alive(self) -> NDArray[np.bool_]:
+        """Return which springs and elements are there, shape (entity,)."""
+        found = np.zeros(self.network.entity_count, dtype=bool)
         found[self.alive] = True
         return found
 
@@ -348,7 +348,8 @@ def leg_of(
         changes = {**changes, "mass": ArrayChange(factor, more)}
     alive = np.flatnonzero(state.alive)
     laws, constants = order.laws or network.springs.laws, order.sizes["constants"]
-    springs = tuple(items_of(network, alive, laws, constants, remember=remembers))
+    acting_springs = alive[alive < network.spring_count]
+    springs = tuple(items_of(network, acting_springs, laws, constants, remember=remembers))
     own = order.places["fields"].start + acting_numbers(acting, state.alive, order.fields)
     return Leg(
         state.time,

@@ -181,7 +181,7 @@ class LengthObservable:
         return [ObservableDerivative(by.ravel(), np.zeros_like(view.v), None)]
 
     def _reach(self, view: StateView) -> tuple[Indices, Floats]:
-        springs = self.subject.springs[view.leg.alive_springs[self.subject.springs]]
+        springs = self.subject.springs[view.leg.is_alive[self.subject.springs]]
         ends = view.leg.network.springs.ends[springs].astype(np.int64)
         places = view.x.reshape(-1, 3)
         return ends, places[ends[:, 1]] - places[ends[:, 0]]

@@ -74,7 +74,7 @@ class BodyMatter(Struct, frozen=True, eq=False):
 
         Args:
             position: Of all nodes of the network [m], shape (node, 3).
-            alive: False for springs that were cut, shape (spring,).
+            alive: False for entities that are lost, shape (entity,).
             nodes: Those of the body.
         """
         parts = [each.intact(alive).node_stress(position) for each in self.elements]
@@ -89,7 +89,7 @@ class BodyMatter(Struct, frozen=True, eq=False):
         Args:
             position: Of all nodes of the network [m], shape (node, 3).
             drawn: The same before the run.
-            alive: False for springs that were cut, shape (spring,).
+            alive: False for entities that are lost, shape (entity,).
 
         Returns:
             Of the elements that are left, shape (element, 6) each.

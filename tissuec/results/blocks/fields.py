@@ -82,7 +82,7 @@ class Moment:
             these springs or these triangles, shape (point, …) or alike; of fields of cells, at
             its points.
         triangles: Its points that are corners of the skin, shape (triangle, 3).
-        alive: Which springs of the network exist, shape (spring,).
+        alive: Which entities of the network exist, shape (entity,).
         whole: Positions of all nodes that frames contain, by network number [m], shape (node,
             3).
     """

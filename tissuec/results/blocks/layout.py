@@ -219,7 +219,7 @@ class _Drawing:
         if self.draws == "Solids":
             items = own_elements(drawing, row)
             found = mesh.solids.some(cells.elements[items])
-            solids = ElementCells(found.types, row[found.nodes], found.marks)
+            solids = ElementCells(found.types, row[found.nodes], found.entities)
             first = grid.rows["element"].start + int(items[0] if len(items) else 0)
             return Piece(
                 len(nodes), CellGrid.of(vertices, lines, none, solids), no_springs, first

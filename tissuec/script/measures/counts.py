@@ -99,7 +99,7 @@ class Ruptured(ScalarMeasure):
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         subject, network = subjects[0], snapshot.state.network
         springs = snapshot.springs(subject)
-        if not subject.is_springs and network.marks:
+        if not subject.is_springs and network.element_count:
             edges = network.edges[springs]
-            springs = np.append(springs[~edges], snapshot.marks(subject))
+            springs = np.append(springs[~edges], snapshot.elements(subject))
         return one_column(np.count_nonzero(snapshot.ruptured[springs]), snapshot)

@@ -67,7 +67,7 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
             threads are drawn in, its rest lengths are those of this time, shape (…, spring).
         time: [s], shape (…).
         position, velocity: State [m], [m/s], shape (…, node, 3).
-        ruptured: True for springs that broke by themselves until now, shape (spring,).
+        ruptured: True for entities that broke by themselves until now, shape (entity,).
         ledger: Energies of the run; None where they are not kept.
         pinned: Snapshots that conditions may look back to, by their times [s].
     """
@@ -87,7 +87,7 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
     @classmethod
     def of(cls, state: State) -> "Snapshot":
         """Return the snapshot of a state, with nothing ruptured or pinned."""
-        none = np.zeros(state.network.spring_count, dtype=bool)
+        none = np.zeros(state.network.entity_count, dtype=bool)
         return cls(state, state.time, state.position, state.velocity, none)
 
     @cached_property
@@ -150,22 +150,21 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
             return subject.springs
         inside = np.zeros(self.state.network.node_count, dtype=bool)
         inside[self.nodes(subject)] = True
-        ends = self.state.springs.ends[: self.state.network.first_mark]
-        return np.flatnonzero(inside[ends].all(axis=1))
+        return np.flatnonzero(inside[self.state.springs.ends].all(axis=1))
 
     def intact(self, subject: "Subject") -> Indices:
         """Return those of its springs that are alive, shape (spring,)."""
         springs = self.springs(subject)
         return springs[self.state.alive[springs]]
 
-    def marks(self, subject: "Subject") -> Indices:
-        """Return the marks of elements of a subject: those with all nodes in it, shape (n,).
+    def elements(self, subject: "Subject") -> Indices:
+        """Return the elements with all nodes in a subject, as entities, shape (n,).
 
         A set of springs has none.
         """
         if subject.is_springs:
             return _NOTHING
-        return self.state.network.marks_within(self.nodes(subject))
+        return self.state.network.elements_within(self.nodes(subject))
 
     def with_ledger(self, ledger: EnergyBalance) -> "Snapshot":
         """Return this snapshot with a ledger, and with all that was computed already."""

@@ -245,8 +245,7 @@ def sever(state: State, springs: Indices, cut: Cut) -> LoggedEvent:
         if surface.energy > 0.0:
             area, energy = show_in(surface.area, "mm^2"), show(surface.energy, ENERGY)
             text = f"{text} ({area}, {energy})"
-    state.alive = state.alive.copy()
-    state.alive[springs] = False
+    state.lose(springs)
     return LoggedEvent("cut", tuple(springs.tolist()), text, cut.span)
 
 

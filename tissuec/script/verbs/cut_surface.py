@@ -30,6 +30,7 @@ from tissuec.geometry.blade_sections import (
     thick_lines,
 )
 from tissuec.mechanics.state import State
+from tissuec.model.edges import without
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.resistance import ClosingForce
@@ -202,8 +203,7 @@ def cut_surface(state: State, springs: Indices, blade: Blade | None) -> CutSurfa
         blade: None where springs are removed without one.
     """
     parts = [_of_springs(state, springs, blade)]
-    alive = state.alive.copy()
-    alive[springs] = False
+    alive = without(state.network, state.alive, springs)
     resistance = state.network.cutting
     assert resistance is not None
     for name, block in state.blocks.items():

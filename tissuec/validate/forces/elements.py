@@ -102,6 +102,7 @@ class ElementSolid(ForceFormula):
             self._weight = np.broadcast_to(even, self._weight.shape)
         elif self._drawn is not None:
             self._slope = np.einsum("eqax,exy->eqay", self._slope, self._drawn)
+        self._entities = elements.walls
         self._limits = elements.limits
 
     # --- states -------------------------------------------------------------------------------
@@ -326,10 +327,9 @@ class ElementSolid(ForceFormula):
         return np.asarray(of_points + self._volume * of_mean)
 
     @property
-    def marks(self) -> Indices:
-        """Return the springs that die with elements that break, shape (element,)."""
-        none = np.zeros(0, dtype=np.int64)
-        return none if self._limits is None else np.asarray(self._limits.marks)
+    def breakable(self) -> Indices:
+        """Return the elements that may break, as entities, shape (element,)."""
+        return np.zeros(0, dtype=np.int64) if self._limits is None else self._entities
 
     def burdens(self, position: Floats) -> Floats:
         """Return loads divided by the limits of elements, dimensionless, shape (element,).

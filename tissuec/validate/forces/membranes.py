@@ -58,6 +58,7 @@ class MembraneWall(ForceFormula):
             self._start = WallMemory(flowed=self.plastic.inverse(velocity))
         self._seen: tuple[Floats, tuple[Floats, Floats, Floats]] | None = None
         self._known: tuple[Floats, WallMemory] | None = None
+        self._entities = wall.walls
         self._limits, self._side = wall.limits, wall.thickness * np.sqrt(wall.area)
 
     # --- states -------------------------------------------------------------------------------
@@ -265,10 +266,9 @@ class MembraneWall(ForceFormula):
         return g[:, None, None] * c, g * across
 
     @property
-    def marks(self) -> Indices:
-        """Return the springs that mark the triangles, shape (triangle,)."""
-        none = np.zeros(0, dtype=np.int64)
-        return none if self._limits is None else np.asarray(self._limits.marks)
+    def breakable(self) -> Indices:
+        """Return the triangles that may break, as entities, shape (triangle,)."""
+        return np.zeros(0, dtype=np.int64) if self._limits is None else self._entities
 
     def burdens(self, position: Floats) -> Floats:
         """Return loads divided by the limits of triangles, dimensionless, shape (triangle,).

@@ -77,7 +77,7 @@ def match_springs(a: Side, b: Side, nodes: MatchedIndices) -> MatchedIndices:
 
     Of several springs between two nodes the first matches the first, and so on.
     """
-    keys = [key_of(part.name) for part in (*a.network.parts, *a.network.marks)]
+    keys = [key_of(part.name) for part in a.network.parts]
     codes_a = _spring_codes(a.network, nodes, "a", keys)
     codes_b = _spring_codes(b.network, nodes, "b", keys)
     apart_a, apart_b = _told_apart(codes_a, codes_b)
@@ -85,6 +85,22 @@ def match_springs(a: Side, b: Side, nodes: MatchedIndices) -> MatchedIndices:
     known = codes_a[rows_a] >= 0
     counts = a.network.spring_count, b.network.spring_count
     return MatchedIndices.of(rows_a[known], rows_b[known], *counts)
+
+
+def match_entities(a: Side, b: Side, springs: MatchedIndices) -> MatchedIndices:
+    """Return matched springs and, by their numbers in bodies of the same names, elements.
+
+    Args:
+        springs: As ``match_springs`` returns them.
+    """
+    bodies = {key_of(body.name): body for body in b.network.bodies}
+    pairs = [(springs.a, springs.b)]
+    for one in a.network.bodies:
+        other = bodies.get(key_of(one.name))
+        if other is not None and one.element_count == other.element_count:
+            pairs.append((numbers_in(one.elements), numbers_in(other.elements)))
+    counts = a.network.entity_count, b.network.entity_count
+    return MatchedIndices.of(*_joined(pairs), *counts)
 
 
 def _node_parts(side: Side) -> dict[str, Indices]:
@@ -101,7 +117,7 @@ def _spring_codes(
     number, count = nodes.number(network.node_count, which), len(nodes)
     ends = np.sort(number[network.springs.ends], axis=1).reshape(-1, 2)
     codes = np.full(network.spring_count, -1)
-    for part in (*network.parts, *network.marks):
+    for part in network.parts:
         if (key := key_of(part.name)) in keys:
             low, high = ends[part.springs].T
             codes[part.springs] = (keys.index(key) * count + low) * count + high
@@ -204,9 +220,9 @@ class SideParts:
         return f"{self.network.node_ids[number]} of {name}"
 
     def spring(self, number: int) -> str:
-        """Return the name of a spring or of a marked element: "14 of oviduct"."""
-        return f"{self.network.springs.ids[number]} of {self.network.owner(number).name}"
+        """Return the name of a spring or an element: "14 of oviduct"."""
+        return f"{self.network.number_of(number)} of {self.network.owner(number).name}"
 
     def broken(self, number: int) -> str:
         """Return the kind of item that a number of springs refers to: "spring" or "element"."""
-        return "spring" if number < self.network.first_mark else "element"
+        return "spring" if number < self.network.spring_count else "element"

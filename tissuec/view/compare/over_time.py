@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tissuec.model.network import Floats, Indices
 from tissuec.results.tables import Log
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.compare.matching import MatchedIndices
+from tissuec.view.compare.matching import MatchedIndices, match_entities
 from tissuec.view.compare.sides import Side
 
 AXES = ("x", "y", "z")
@@ -267,9 +267,15 @@ class EventComparison(Struct, frozen=True):
 
 
 def compare_events(a: Side, b: Side, springs: MatchedIndices) -> EventComparison:
-    """Return the events of both runs and those of only one."""
-    left_a = _entries(a, springs.number(a.network.spring_count, "a"), odd=True)
-    left_b = _entries(b, springs.number(b.network.spring_count, "b"), odd=False)
+    """Return the events of both runs and those of only one.
+
+    Args:
+        a, b: The runs.
+        springs: Their matched springs.
+    """
+    springs = match_entities(a, b, springs)
+    left_a = _entries(a, springs.number(a.network.entity_count, "a"), odd=True)
+    left_b = _entries(b, springs.number(b.network.entity_count, "b"), odd=False)
     both: list[MatchedEvent] = []
     for key in (_exactly, _alike, _of_kind):
         met, left_a, left_b = _meet(left_a, left_b, key)
@@ -281,7 +287,7 @@ def compare_events(a: Side, b: Side, springs: MatchedIndices) -> EventComparison
 def _entries(side: Side, pair: Indices, *, odd: bool) -> list[EventEntry]:
     """Return events with the springs that both sides have numbered alike.
 
-    Of elements that break, their marks are the springs.
+    Of elements that break, these are the springs.
 
     Args:
         side: The run.
@@ -290,8 +296,8 @@ def _entries(side: Side, pair: Indices, *, odd: bool) -> list[EventEntry]:
     """
     found: list[EventEntry] = []
     for event in side.events:
-        marks = [one for one in event.springs if one >= side.network.first_mark]
-        concerned = marks or event.springs
+        elements = [one for one in event.springs if one >= side.network.spring_count]
+        concerned = elements or event.springs
         numbered = zip(pair[list(concerned)].tolist(), concerned, strict=True)
         springs = tuple(n if n >= 0 else -2 * s - 2 + odd for n, s in numbered)
         if event.kind not in BREAKING:
@@ -300,7 +306,7 @@ def _entries(side: Side, pair: Indices, *, odd: bool) -> list[EventEntry]:
             )
             continue
         # What broke several elements names the first of them, which says nothing of the others.
-        cause = "" if marks else event.cause
+        cause = "" if elements else event.cause
         for number, spring in zip(springs, concerned, strict=True):
             found.append(EventEntry(event.time, event.kind, cause, (number,), spring))
     return found

@@ -10,7 +10,8 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError
 from tissuec.matter.elasticity import wall_springs
 from tissuec.mechanics.deformation import Surroundings, mean_of_springs, symmetric, von_mises
-from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.model.edges import without
+from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
 from tissuec.results.blocks.fields import Facts, Moment
 from tissuec.results.blocks.layout import Cloud
@@ -187,6 +188,9 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
         film, network = self.film, self.trajectory.network
         facts, none = Facts(self.trajectory, None, [cloud]), np.zeros((0, 3))
         nodes, part = cloud.nodes[0], cloud.springs
+        assert cloud.matter is not None
+        whole_net = network.with_blocks(*(one.block for one in cloud.matter.elements))
+        every = np.ones(network.entity_count, dtype=bool)
         for row in range(len(film.times)):
             there = film.alive(row)
             springs, tension = film.lines.spring[there], film.lines.tension[row, there]
@@ -194,11 +198,10 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
             whole = np.zeros((network.body_nodes, 3))
             whole[film.numbers] = film.position[row, : film.node_count]
             recorded = {"tension": tension[own].astype(float)}
-            alive = np.zeros(network.spring_count, dtype=bool)
-            alive[springs] = alive[network.first_mark :] = True
+            gone = np.setdiff1d(numbers_in(part), springs)
             moment = Moment(
                 facts, cloud, nodes, springs[own], whole[nodes], none, recorded, whole,
-                alive=alive,
+                alive=without(whole_net, every, gone),
             )  # fmt: skip
             yield row, moment
 

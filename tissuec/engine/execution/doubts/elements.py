@@ -26,7 +26,6 @@ from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.edges import Edges
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.model.topology import springs_between
 from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
@@ -85,7 +84,7 @@ class _Oriented:
         if not alive.all():
             pairs = np.array(list(combinations(range(self.members.shape[1]), 2)))
             joined = self.members[:, pairs].reshape(-1, 2)
-            springs, which = springs_between(self.network.springs.ends, joined)
+            springs, which = self.network.pairs.between(joined)
             whole[which[~alive[springs]] // len(pairs)] = False
         return whole
 
@@ -160,8 +159,8 @@ class _Faces(_Oriented):
         self._fit = np.where(is_fit, 1.0, np.nan)
         height = float((area / longest)[is_fit].min(initial=np.inf))
         super().__init__(network, body, corners, height)
-        marks = network.skin_marks_of(body)
-        self._skin = SupportedTriangles(network.springs.ends, corners, marks)
+        elements = network.skin_elements_of(body)
+        self._skin = SupportedTriangles(network.springs.ends, corners, elements)
 
     def _are_whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
         return self._skin.whole(alive)
