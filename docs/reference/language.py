@@ -30,7 +30,7 @@ from tissuec.scene.reading.entries import Entry, entries_of, entry_table
 from tissuec.scene.reading.expressions import FUNCTIONS
 from tissuec.scene.reading.parts import blocks
 from tissuec.scene.reading.parts import parts as text_parts
-from tissuec.scene.reading.spellings import AGGREGATES
+from tissuec.scene.reading.spellings import AGGREGATES, form_over_time
 from tissuec.scene.study.entries import DESIGNS, DISTRIBUTIONS
 from tissuec.scene.tissues.quantities import QUANTITIES, TissueQuantity
 from tissuec.script.forms import texts_of
@@ -282,7 +282,7 @@ def sentence_section(entry: Entry, block: str) -> str:
 
 def study_functions() -> str:
     """Return the functions of a study, by the sentence in which they stand."""
-    aggregates = {f"{name}(MEASURE)": about for name, about in AGGREGATES.items()}
+    aggregates = {form_over_time(name): about for name, about in AGGREGATES.items()}
     distributions = dict.fromkeys(DISTRIBUTIONS.values(), "a distribution")
     over_runs = dict.fromkeys(OVER_RUNS.values(), "over all runs that have a value")
     rows = [

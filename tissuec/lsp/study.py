@@ -14,7 +14,7 @@ from tissuec.lsp.vocabulary import entries
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading.graded import GRADED_ENTRIES
 from tissuec.scene.reading.parts import blocks, entries_in, settable
-from tissuec.scene.reading.spellings import AGGREGATES
+from tissuec.scene.reading.spellings import AGGREGATES, form_over_time
 from tissuec.scene.study.entries import DISTRIBUTIONS
 
 #: Blocks inside of others whose entries can vary as if they were of those.
@@ -29,7 +29,7 @@ OVER_RUNS_TERMS = by_label(
     for name, form in OVER_RUNS.items()
 )
 AGGREGATE_TERMS = by_label(
-    Term(name, MEASURE, f"Over time: {about}.", f"{name}(MEASURE)", "(")
+    Term(name, MEASURE, f"Over time: {about}.", form_over_time(name), "(")
     for name, about in AGGREGATES.items()
 )
 STEPS_TERMS = plain(CHOICE, [STEPS], "So many values, both ends among them.")

@@ -28,6 +28,7 @@ from tissuec.results.promise import kinds
 from tissuec.results.recording import EventSide
 from tissuec.scene.program.imports import Program
 from tissuec.scene.reading.findings import Findings
+from tissuec.scene.reading.spellings import SLOPE
 from tissuec.scene.request import Request
 from tissuec.scene.study.model import Cell, WrittenMeasure
 from tissuec.script.plan import Plan, times_every
@@ -128,16 +129,19 @@ class Observer(MemoryRecording):
     def samples_and_jumps(self, channel: str) -> tuple[Floats, Floats]:
         """Return times [s] and values, in SI units, of samples and of both sides of events.
 
-        They ascend in time, shape (row,) each; rows after an event follow those
+        They ascend in time, shape (row,) and (row, column); rows after an event follow those
         before it.
         """
-        time, values = self.samples(channel)
+        try:
+            time, rows = self.log_arrays(channel)
+        except KeyError:
+            return np.zeros(0), np.zeros((0, 1))
         try:
             jumps, before, after = self.jump_arrays(channel)
         except KeyError:
-            return time, values
+            return time, rows
         times = np.concatenate([jumps, jumps, time])
-        every = np.concatenate([before[:, 0], after[:, 0], values])
+        every = np.concatenate([before, after, rows])
         order = np.argsort(times, kind="stable")
         return times[order], every[order]
 
@@ -322,9 +326,11 @@ def _value(
             return tuple(values[rows_at(times, regular, SAME * duration)].tolist())
         case kind:
             assert measure.log is not None
-            times, values = observer.samples_and_jumps(measure.log.name)
+            times, rows = observer.samples_and_jumps(measure.log.name)
             inside = (measure.start <= times) & (times <= measure.stop)
-            return _reduced(kind, times[inside], values[inside])
+            if kind == SLOPE:
+                return _slope(rows[inside])
+            return _reduced(kind, times[inside], rows[inside, 0])
 
 
 def _concerns(measure: StudyMeasure, springs: Sequence[int]) -> bool:
@@ -350,6 +356,18 @@ def _reduced(kind: str, times: Floats, values: Floats) -> float:
             length = times[-1] - times[0]
             area = np.sum(np.diff(times) * (values[1:] + values[:-1]) / 2.0)
             return float(area / length if length > 0.0 else values[0])
+
+
+def _slope(rows: Floats) -> float:
+    """Return the slope of the line of least squares through values over others.
+
+    Args:
+        rows: Values and what they are over, in their units, shape (sample, 2).
+    """
+    known = rows[~np.isnan(rows).any(axis=1)]
+    apart = known - known.mean(axis=0) if len(known) else known
+    spread = float((apart[:, 1] ** 2).sum()) if len(known) else 0.0
+    return float(apart[:, 0] @ apart[:, 1]) / spread if spread > 0.0 else _NOTHING
 
 
 def _none(job: Job) -> tuple[float | tuple[float, ...], ...]:

@@ -43,6 +43,37 @@ class ObservedExpression(Struct, frozen=True, eq=False):
         return np.broadcast_to(value, np.shape(snapshot.time))[..., None]
 
 
+class ObservedPair(Struct, frozen=True, eq=False):
+    """Two quantities that are observed together, of which the slope is of interest."""
+
+    first: ObservedExpression
+    over: ObservedExpression
+
+    @property
+    def readings(self) -> Mapping[Place, ObservedMeasure]:
+        """Return the measures of both."""
+        return {**self.first.readings, **self.over.readings}
+
+    @property
+    def dimension(self) -> Dimension:
+        """Return the dimension of the slope."""
+        return self.first.dimension / self.over.dimension
+
+    @property
+    def needs_ledger(self) -> bool:
+        """Return whether any of them needs the energy ledger of a run."""
+        return self.first.needs_ledger or self.over.needs_ledger
+
+    def columns(self, subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
+        """Return the names of the components of ``sample``."""
+        return ("value", "over")
+
+    def sample(self, subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        """Return the values in SI units, shape (…, 2), with the axes of the snapshot."""
+        both = [each.sample(subjects, snapshot) for each in (self.first, self.over)]
+        return np.concatenate(both, axis=-1)
+
+
 class QuantityReader:
     """Reads quantities of a scene.
 

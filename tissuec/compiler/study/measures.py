@@ -14,13 +14,18 @@ from msgspec import Struct
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.measures.conditions import Conditions
 from tissuec.compiler.measures.observed import ObservedMeasure
-from tissuec.compiler.measures.quantities import ObservedExpression, QuantityReader
+from tissuec.compiler.measures.quantities import (
+    ObservedExpression,
+    ObservedPair,
+    QuantityReader,
+)
 from tissuec.core.hints import alternatives
 from tissuec.core.structs import replace
 from tissuec.core.units import TIME, Dimension, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Indices
 from tissuec.scene.reading.block_sentences import SentenceReader
+from tissuec.scene.reading.spellings import SLOPE, form_over_time
 from tissuec.scene.study.entries import (
     EVENT,
     EVENTS,
@@ -95,7 +100,8 @@ class StudyMeasure(Struct, frozen=True, eq=False):
         seen: object = None if self.log is None else self.log.measure
         if self.capture is not None and isinstance(self.capture.condition, Capture):
             seen = self.capture.condition.quantity
-        return seen.readings.values() if isinstance(seen, ObservedExpression) else ()
+        is_observed = isinstance(seen, ObservedExpression | ObservedPair)
+        return seen.readings.values() if is_observed else ()
 
     @property
     def every(self) -> float | None:
@@ -196,10 +202,15 @@ class _MeasureReader:
         if call.function.key == EVENT and isinstance(argument.value, s.Name) and not clauses:
             owners = (one.value for one in argument.clauses if one.word == "of")
             return self._event(written.name, argument.value, *owners)
-        quantity = self._quantities.read(argument.value)
-        if argument.clauses:
-            clause = argument.clauses[0]
+        count = 2 if call.function.key == SLOPE else 1
+        if len(call.arguments) != count:
+            form = form_over_time(call.function.key)
+            message = f"wrong form of {call.function.key}"
+            self.findings.reject("TIS702", message, call.span, hint=f"the form is {form}")
+        for clause in (clause for one in call.arguments for clause in one.clauses):
             self.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
+        both = [self._quantities.read(one.value) for one in call.arguments]
+        quantity = both[0] if count == 1 else ObservedPair(*both)
         if any(reading.time is not None for reading in quantity.readings.values()):
             message = "a measure over time cannot name a time"
             self.findings.reject("TIS702", message, argument.span)
@@ -225,7 +236,7 @@ class _MeasureReader:
         )
 
     def _request(
-        self, written: WrittenMeasure, quantity: ObservedExpression, every: float
+        self, written: WrittenMeasure, quantity: ObservedExpression | ObservedPair, every: float
     ) -> LogRequest:
         measure: Any = quantity  # has the methods of a measure
         return LogRequest(f"measure {written.name}", measure, (), every, written.span)
@@ -261,7 +272,7 @@ class _MeasureReader:
 
     # --- parts --------------------------------------------------------------------------------
 
-    def _usual_rate(self, quantity: ObservedExpression) -> float:
+    def _usual_rate(self, quantity: ObservedExpression | ObservedPair) -> float:
         """Return the time between samples [s]: that of a log of the same, or a part of all."""
         for reading in quantity.readings.values():
             for log in self.plan.output.logs:

@@ -23,7 +23,16 @@ AGGREGATES = {
     "mean": "the mean over time",
     "first": "the value at the start",
     "last": "the value at the end",
+    "slope": "the slope of the line that fits the first best over the second",
 }
+SLOPE = "slope"
+
+
+def form_over_time(aggregate: str) -> str:
+    """Return how a number from values over time is written."""
+    return "slope(MEASURE, MEASURE)" if aggregate == SLOPE else f"{aggregate}(MEASURE)"
+
+
 #: Measures that are counted: ``count(nodes of A)``.
 COUNT, COUNTED = "count", ("nodes", "springs", "elements", "pieces")
 

@@ -156,14 +156,15 @@ SENTENCES: dict[str, SentenceKind] = {
     MEASURE: SentenceKind(
         (MeasuredOver, MeasuredEvent, MeasuredAt, MeasuredCurve),
         "A column of the table: the largest (``max``), smallest (``min``), ``mean``, ``first``"
-        " or ``last`` value of a measure; its value at a time; the time of the first event of a"
-        " kind; or with ``every`` the whole curve.",
+        " or ``last`` value of a measure; the ``slope`` of one over another; its value at a"
+        " time; the time of the first event of a kind; or with ``every`` the whole curve.",
         examples=(
             "measure pull = max(force(forceps A))",
             "measure height = position(tip along (0, 0, 1)) at 0.3 s",
             "measure tear = time of rupture",
             "measure curve = force(forceps A) every 1 ms",
             "measure early = mean(force(forceps A)) from 0 s to 0.1 s",
+            "measure stiffness = slope(force(A), distance(A, B)) until 0.1 s",
         ),
         is_needed=True,
     ),
