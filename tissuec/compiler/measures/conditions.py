@@ -1,9 +1,7 @@
 """Conditions of a run: expressions over measures, checked now and evaluated later."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn
-
-import numpy as np
+from typing import Any
 
 from tissuec.compiler.measures.observed import (
     CompiledCondition,
@@ -12,12 +10,12 @@ from tissuec.compiler.measures.observed import (
     Place,
     place_of,
 )
-from tissuec.compiler.measures.subjects import has_by_kind
-from tissuec.compiler.sets import Groups, unnamed
+from tissuec.compiler.measures.subject_reader import SubjectReader
+from tissuec.compiler.sets import Groups
 from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
-from tissuec.core.units import LENGTH, NUMBER, TIME, show
+from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.lang.words import written_name
@@ -27,7 +25,6 @@ from tissuec.scene.reading.expressions import FUNCTIONS
 from tissuec.scene.reading.spellings import COUNT, COUNTED
 from tissuec.scene.reading.values import unit_vector
 from tissuec.scene.sentences import (
-    KINDS,
     ExpectedAt,
     ExpectedOver,
     ExpectedUntil,
@@ -36,10 +33,8 @@ from tissuec.scene.sentences import (
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.common import is_directed
-from tissuec.script.measures.needs import NEEDS, STRAINED, WHOLE, YES
 from tissuec.script.measures.statistics import PERCENTILE, STATISTICS, form_of
 from tissuec.script.plan import Condition, Expectation
-from tissuec.script.verbs.cut import SCISSORS
 
 _NEAR = 0.01  # of a number: half of the range that is proposed in place of it
 #: What could be taken for a measure, and what to write instead.
@@ -66,7 +61,7 @@ class Conditions:
         self.scope = scene.constants
         self.findings = scene.constants.findings
         self.duration = scene.simulation.duration
-        self.touching = scene.environment.contact is not None
+        self.subjects = SubjectReader(groups, scene)
         self.needs_ledger = False
 
     def condition(self, node: s.Expression) -> Condition:
@@ -118,7 +113,7 @@ class Conditions:
         self, measure: type[Measure], names: Sequence[s.Name]
     ) -> tuple[Subject, ...]:
         """Return the subjects of a measure in an output sentence."""
-        subjects = tuple(self._subject(measure, name) for name in names)
+        subjects = tuple(self.subjects.subject(measure, name) for name in names)
         if names:
             self._refuse_same(measure, subjects, names[-1].span)
         return subjects
@@ -261,12 +256,12 @@ class Conditions:
             if isinstance(argument.value, s.Call):
                 self._refuse_mistaken(argument.value.function)
             name = s.as_name(argument.value)
-            if name is not None and self._is_subject(name):
-                subject = self._subject(measure, name)
+            if name is not None and self.subjects.is_subject(name):
+                subject = self.subjects.subject(measure, name)
                 if (
                     at := next((c for c in argument.clauses if c.word == "at"), None)
                 ) is not None:
-                    subject = self._point(measure, name, at)
+                    subject = self.subjects.point(measure, name, at)
                     others = tuple(one for one in argument.clauses if one is not at)
                     argument = s.Argument(argument.value, others, argument.span)
                 subjects.append(subject)
@@ -274,7 +269,7 @@ class Conditions:
             elif time is None and len(subjects) == measure.subjects and not argument.clauses:
                 time = self._pinned(argument)
             else:
-                self._unknown_subject(argument)
+                self.subjects.refuse_unknown(argument)
         if len(subjects) != measure.subjects:
             hint = f"the form is {measure.form}"
             self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
@@ -361,177 +356,6 @@ class Conditions:
             self.findings.reject("TIS308", message, span, hint=hint)
         return share
 
-    def _is_subject(self, name: s.Name) -> bool:
-        return name.key in self.tools or self.groups.is_known(name)
-
-    def _unknown_subject(self, argument: s.Argument) -> NoReturn:
-        if isinstance(argument.value, s.Name):
-            tools = (tool.name for tool in self.tools.values())
-            self.groups.refuse_parted(argument.value, tools)
-        if (name := s.as_name(argument.value)) is not None and name.listed:
-            self._refuse_union(name)
-        self._no_subject(argument.value.span.text, argument.span)
-
-    def _refuse_union(self, union: s.Name) -> NoReturn:
-        """Reject a union by the first of its names that is neither a set nor a body."""
-        name = next(one for one in union.listed if not self.groups.is_known(one))
-        if name.key not in self.tools:
-            self._no_subject(name.text, name.span)
-        message = f'"{name.text}" is a tool; a union contains sets or bodies'
-        hint = f"measure {name.text} on its own"
-        self.findings.reject("TIS312", message, name.span, hint=hint)
-
-    def _no_subject(self, text: str, span: Span) -> NoReturn:
-        self.findings.pass_over_doubtful(s.key_of(text))
-        if text in KINDS:
-            unnamed(text, span, self.findings)
-        known = [tool.name for tool in self.tools.values()]
-        known += self.groups.names_of_sets()
-        known += self.groups.names_of_parts()
-        self.findings.reject(
-            "TIS301",
-            f'there is no set, body or tool called "{text}"',
-            span,
-            hint=alternatives(
-                text,
-                known,
-                what="sets, bodies, joints and tools"
-                if self.groups.named_joints
-                else "sets, bodies and tools",
-            ),
-        )
-
-    def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
-        none = np.zeros(0, dtype=np.int64)
-        if getattr(measure, "of_contact", False) and not self.touching:
-            self.findings.reject(
-                "TIS702",
-                f"{measure.form} is always 0: contact is off",
-                name.span,
-                hint="write contact is tools only, or contact is everywhere, in environment",
-            )
-        self._refuse_others(measure, name)
-        if name.key in self.tools:
-            tool = self.tools[name.key]
-            if measure.takes == "springs":
-                self.findings.reject(
-                    "TIS702", f"{measure.form} needs springs, not a tool", name.span
-                )
-            feels = getattr(measure, "feels_blades", False) and tool.kind == SCISSORS
-            if not tool.holds_nodes and not feels:
-                self.findings.reject(
-                    "TIS405",
-                    f"{tool.name} is {tool.kind} and holds no nodes to measure",
-                    name.span,
-                    hint="measure a set or a body",
-                )
-            return Subject(tool.name, None, none)
-        if not self.groups.is_known(name):
-            if name.listed:
-                self._refuse_union(name)
-            self._no_subject(name.text, name.span)
-        if self.groups.is_springs(name):
-            if measure.takes == "nodes":
-                self.findings.reject(
-                    "TIS702", f"{measure.form} needs nodes, not springs", name.span
-                )
-            springs = self.groups.springs(name)
-            return Subject(springs.name, none, springs.indices, is_springs=True)
-        nodes = self.groups.nodes(name)
-        return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
-
-    def _point(self, measure: type[Measure], name: s.Name, at: s.Clause) -> Subject:
-        """Return a point of a body as a subject, or reject it."""
-        if not getattr(measure, "at_points", False):
-            known = [m.form for m in MEASURES.values() if getattr(m, "at_points", False)]
-            message = f"{measure.form} has no value at a point"
-            hint = f"{enumerated(known, 'and')} have one"
-            self.findings.reject("TIS702", message, at.span, hint=hint)
-        placed = self.groups.bodies.get(name.key)
-        if placed is None or not placed.drawing.mesh.elements:
-            known = [b.drawing.body.name for b in self.groups.bodies.values()
-                     if b.drawing.mesh.elements]  # fmt: skip
-            hint = alternatives(name.text, known, what="there are")
-            message = "a point is one of a body of elements"
-            self.findings.reject("TIS702", message, name.span, hint=hint)
-        value = self.scope.evaluate(at.value)
-        if not value.is_vector or value.dimension != LENGTH:
-            self.findings.reject(
-                "TIS702", "a point is a vector with a unit, of where it is as drawn", at.span,
-                hint="for example: at (1, 2, 3) mm",
-            )  # fmt: skip
-        from tissuec.compiler.measures.points import place_of_point  # where it is asked
-        from tissuec.geometry.inside import distance_from
-
-        mesh, body = placed.drawing.mesh, placed.drawing.body
-        place = place_of_point(mesh.elements, mesh.position, value.amount)
-        if place.is_outside:
-            beside = distance_from(value.amount, mesh.position[mesh.skin])
-            self._refuse_outside(beside, body.name, at)
-        nodes = placed.nodes[place.nodes]
-        return Subject(
-            f"{body.name} {at.span.one_line}", nodes, nodes[:0], False, place.weights,
-            place.of_points,
-        )  # fmt: skip
-
-    def _refuse_outside(self, beside: float, body: str, at: s.Clause) -> NoReturn:
-        message = f"this point is {show(beside, LENGTH, digits=3)} outside of {body} as drawn"
-        hint = (
-            "write a point inside of an element; corners of curved surfaces lie outside of them"
-        )
-        self.findings.reject("TIS702", message, at.value.span, hint=hint)
-
-    def _refuse_others(self, measure: type[Measure], name: s.Name) -> None:
-        """Reject subjects that never have the measured tension, stress, volume or grip."""
-        if not self._is_subject(name):
-            return
-        needed, known = "", list[str]()
-        if measure.takes == "body":
-            needed, known = "a body", self.groups.names_of_bodies()
-        elif measure.takes == "jaws":
-            forceps = [tool for tool in self.tools.values() if tool.may_be("forceps")]
-            known = [tool.name for tool in forceps if tool.shapes or tool.entries is None]
-            needed = "forceps with jaws"
-        if needed and not any(s.key_of(each) == name.key for each in known):
-            hint = alternatives(name.text, known, what="there are")
-            message = f"{measure.form} needs {needed}"
-            self.findings.reject("TIS702", message, name.span, hint=hint)
-        for key in getattr(measure, "needs", ()):
-            need, bodies = NEEDS[key], self.groups.bodies.values()
-            if not need.text or self._has(key, name):
-                continue
-            own = self.groups.bodies.get(name.key)
-            if not all(one.drawing.body.is_whole for one in ([own] if own else bodies)):
-                self.findings.stop()  # its tissue, which makes it a solid or not, was rejected
-            known = [b.drawing.body.name for b in bodies if has_by_kind(key, b.drawing)]
-            others = alternatives(name.text, known, what="there are")
-            # Where any set will do, it is one of the body that is meant.
-            is_of_sets = need.kinds.get("nodes of a set") in (YES, WHOLE, STRAINED)
-            hint = need.hint if is_of_sets else others or need.hint
-            message = f"{measure.form} needs {need.text}"
-            self.findings.reject("TIS702", message, name.span, hint=hint)
-
-    def _has(self, need: str, name: s.Name) -> bool:
-        """Return whether a subject has by its kind what a measure needs."""
-        bodies = self.groups.bodies
-        if name.key in bodies:
-            return has_by_kind(need, bodies[name.key].drawing)
-        if name.key in self.tools:
-            if "tool" not in NEEDS[need].kinds or need == "strained":
-                return True  # reported elsewhere, or known when it holds something
-            return any(bool(one.drawing.mesh.elements) for one in bodies.values())
-        if need in ("springs", "strained"):
-            springs = self.groups.springs(name).indices
-            edges = [one.springs for one in bodies.values() if one.drawing.mesh.elements]
-            if not np.isin(springs, np.concatenate([springs[:0], *edges])).all():
-                return True
-        if need in ("springs", "strained", "whole elements"):
-            is_whole = need != "springs" and not self.groups.is_springs(name)
-            return is_whole and self.groups.has_whole_elements(self.groups.nodes(name).indices)
-        if self.groups.is_springs(name) or NEEDS[need].kinds.get("nodes of a set") == YES:
-            return True  # springs are reported elsewhere
-        return self.groups.has_elements(self.groups.nodes(name).indices)
-
     def _along(self, argument: s.Argument, key: str, measure: type[Measure]) -> Floats:
         clause = argument.clauses[0]
         value = self.scope.evaluate(clause.value)
@@ -559,7 +383,7 @@ class Conditions:
 
     def _pinned(self, argument: s.Argument) -> float:
         if isinstance(argument.value, s.Name) and not self.scope.has(argument.value):
-            self._unknown_subject(argument)
+            self.subjects.refuse_unknown(argument)
         return self.time(argument.value)
 
     # --- times --------------------------------------------------------------------------------
