@@ -480,7 +480,7 @@ class _Examined:
             return
         chosen = np.zeros(len(rest.position), dtype=bool)
         chosen[self.part.nodes] = True
-        free = int((chosen & ~rest.held).sum())
+        free = int((chosen & rest.free).sum())
         if not free or not count:
             return
         if free > LARGEST_TO_VIBRATE:

@@ -530,8 +530,19 @@ def _blocks(
     *,
     is_whole: bool,
 ) -> list[FieldBlock]:
-    """Return contact, forces and planes of symmetry; other arguments are those of ``_plan``."""
+    """Return glue, contact, forces and planes of symmetry; see ``_plan`` for the arguments."""
     findings, contact = conditions.findings, None
+    found: list[FieldBlock] = []
+    if scene.glues and is_whole:
+        from tissuec.compiler.bodies import gluing  # where there is any
+
+        with findings.item():
+            embedding = gluing.embedding_block(scene, network, conditions.groups, findings)
+            gluing.refuse_held(
+                embedding.field, (e.action for e in plan.every_event), network, findings
+            )
+            found.append(embedding)
+            network = network.with_blocks(embedding)
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
         settles = any(e.time == 0.0 and isinstance(e.action, Settle) for e in plan.events)
@@ -543,7 +554,8 @@ def _blocks(
             contact = contact_of(
                 network, tools, law, findings, balances=plan.balances, settles=settles
             )
-    found = [] if contact is None else [contact.block]
+    touching = None if contact is None else contact.block
+    found += [] if touching is None else [touching]
     if scene.forces and is_whole:
         from tissuec.compiler.forces import force_blocks  # where there are any
 
@@ -553,7 +565,8 @@ def _blocks(
 
         block = symmetry_block(planes, network, plan, findings)
         if contact is not None and scene.environment.contact is not None:
-            found[0] = shared_contact(contact, block.field, scene.environment.contact).block
+            shared = shared_contact(contact, block.field, scene.environment.contact).block
+            found[found.index(touching)] = shared
         found.append(block)
     return found
 

@@ -218,7 +218,7 @@ class Equilibria(QuasiStatic):
         allowed = ALLOWED * max(self._scale * part, abs(attempt.work))
         if abs(attempt.lost) < SMOOTH * allowed:
             return allowed
-        balance = Balance(state, ~state.held)
+        balance = Balance(state, state.free)
         _, rounding = balance.energy(balance.start, balance.bars(balance.start))
         return allowed + NOISE * rounding
 

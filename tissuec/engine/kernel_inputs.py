@@ -27,6 +27,7 @@ from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.springs.springs import reels, table_of
 from tissuec.kernels.records import (
     BoundaryConditions,
+    EmbeddingTable,
     Fields,
     InternalVariables,
     Net,
@@ -54,7 +55,7 @@ SPORADIC = {"contact", "jet"}
 SPARE, FEW = 1.5, 200
 #: Of ``Features``, those on which the stepping code of a net depends.
 FLAGS = (
-    "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered",
+    "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered", "embedded",
 )  # fmt: skip
 
 
@@ -141,13 +142,9 @@ class KernelInputs:
     def update(self, state: State) -> None:
         """Update everything that acts in a state, but not positions and velocities."""
         self.state, self.around = state, state.position
-        driven = [motion.nodes for motion in state.motions.values()]
-        self.moved = np.zeros(state.network.node_count, dtype=bool)
-        for nodes in driven:
-            self.moved[nodes] = True
-        self.held, self.still = state.held | self.moved, state.still
-        self.acting.update(state, self.held, self.moved)
-        self._inverse = inverse = np.where(self.held, 0.0, 1.0 / state.mass)
+        self.moved, self.still, self.free = state.driven, state.still, state.free
+        self.acting.update(state, state.held, self.moved)
+        self._inverse = inverse = np.where(self.free, 1.0 / state.divisor, 0.0)
         self.hidden = state.network.remembering(ELEMENTS)
         push, steady = np.zeros((2, len(inverse), 3))
         drag, self.timed = np.zeros(len(inverse)), list[Load]()
@@ -161,7 +158,7 @@ class KernelInputs:
             for load in acting.loads:
                 if load.is_constant:
                     load.add_forces(state.time, *motion, push)
-        push[self.held] = steady[self.held] = 0.0
+        push[~self.free] = steady[~self.free] = 0.0
         steady += push * inverse[:, None]
         self._drag, self._push, self._steady = drag, push, steady
         self._place_nodes()
@@ -191,6 +188,7 @@ class KernelInputs:
             touched=self.state.contact is not None,
             inelastic=self.springs.inelastic is not None,
             cornered=self.acting.has_corners,
+            embedded=self.state.embedding is not None,
             laws=self.acting.laws,
             in_runs=self._are_in_runs,
         )
@@ -218,7 +216,7 @@ class KernelInputs:
             if self.stage is None or kept is None:
                 from tissuec.engine.stage_matrix import StageMatrix  # where SciPy is needed
 
-                self.stage = StageMatrix(self.state, self.held, self.layout)
+                self.stage = StageMatrix(self.state, self.layout)
                 kept = self._solver = unknown_solver(free)
                 self._solver_ids = None
             return kept
@@ -317,6 +315,7 @@ class KernelInputs:
             "reels": self.reels() if needed.reeled else None,
             "touches": next(filter(None, touches), None),
             "internal": self.internal() if needed.inelastic else None,
+            "embedding": self.embedding() if needed.embedded else None,
             "runs": acting.runs(near, self.team.parts) if needed.in_runs else None,
             "chunks": self.acting.chunks()
             if not needed.in_runs or integrator.implicit
@@ -401,6 +400,12 @@ class KernelInputs:
         return table_of(
             self.springs.inelastic, self.layout.place[nodes], network.position[nodes]
         )
+
+    def embedding(self) -> EmbeddingTable:
+        """Return the embedded nodes."""
+        embedding = self.state.embedding
+        assert embedding is not None
+        return embedding.table(self.layout.place, self.acts(), self.around)
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

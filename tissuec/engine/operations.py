@@ -61,6 +61,7 @@ class Features(Struct, frozen=True):
     touched: bool = False
     inelastic: bool = False
     cornered: bool = False
+    embedded: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
     in_runs: bool = False  # springs lie in runs
 

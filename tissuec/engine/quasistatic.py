@@ -345,6 +345,7 @@ class Relaxations(QuasiStatic):
         state.velocity[balance.free] = 0.0
         if self._moves and span > 0.0:
             state.velocity[balance.free] = (found.x - balance.start) / span
+        state.follow_hosts()
         if found.change > threshold and found.sweeps == SWEEPS:
             force = balance.force(balance.bars(found.x))
             node = int(balance.free[np.argmax((force**2).sum(axis=1))])

@@ -32,7 +32,7 @@ def spectral_radius(state: State) -> float:
     effects = (effect.recalling(velocity) for effect in state.effects)
     parts += filter(None, (effect.stiffening(now, position) for effect in effects))
     # Where nothing swings, what only gives way is taken for a motion of damping ratio 1.
-    return sqrt(_largest(parts, _root(state))) or 0.5 * _giving(state)
+    return sqrt(_largest(parts, state)) or 0.5 * _giving(state)
 
 
 def damping_radius(state: State) -> float:
@@ -42,7 +42,7 @@ def damping_radius(state: State) -> float:
     each += (effect.braking(position) for effect in state.effects)
     parts = list(filter(None, each))
     # Both together may be as fast as their sum, and are no faster.
-    return _giving(state) + (_largest(parts, _root(state)) if parts else 0.0)
+    return _giving(state) + (_largest(parts, state) if parts else 0.0)
 
 
 def _giving(state: State) -> float:
@@ -103,7 +103,9 @@ def sums_at_nodes(state: State) -> SumsAtNodes:
         if not each.any():
             return np.zeros(count)
         both = np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count)
-        return np.where(state.held, 0.0, both / state.mass)
+        if state.embedding is not None:
+            both = state.embedding.shared(both)
+        return np.where(state.free, both / state.divisor, 0.0)
 
     return SumsAtNodes(
         at_nodes(behaviour.sluggishness(elongation, 0.0 * elongation)),
@@ -139,11 +141,7 @@ def damping_ratio(omega: float, damping: float) -> float:
     return ratio if ratio < MOST_DAMPED else MOST_DAMPED  # which includes what is no number
 
 
-def _root(state: State) -> Floats:
-    return np.where(state.held, 0.0, 1.0 / np.sqrt(state.mass))[:, None]
-
-
-def _largest(parts: Sequence[Resisting], root: Floats) -> float:
+def _largest(parts: Sequence[Resisting], state: State) -> float:
     """Return a little more than the largest eigenvalue, by the method of Lanczos.
 
     G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th edition 2013, section 10.1: in the
@@ -151,9 +149,10 @@ def _largest(parts: Sequence[Resisting], root: Floats) -> float:
 
     Args:
         parts: Whose sum is scaled by the roots of masses on both sides.
-        root: 1/√mass, zero for held nodes, shape (node, 1).
+        state: Of the masses; embedded nodes follow their hosts.
     """
-    count = len(root)
+    root = np.where(state.free, 1.0 / np.sqrt(state.divisor), 0.0)[:, None]
+    count, embedding = len(root), state.embedding
     z = irregular(3 * count).reshape(count, 3)
     z *= root > 0.0
     last, size, value = np.zeros_like(z), sqrt(_inner(z, z)), 0.0
@@ -163,8 +162,12 @@ def _largest(parts: Sequence[Resisting], root: Floats) -> float:
         while size > NOTHING * value and len(diagonal) < ROUNDS:
             z /= size
             moved, image = z * root, np.zeros_like(z)
+            if embedding is not None:
+                embedding.follow(moved)
             for resist in parts:
                 resist(moved, image)
+            if embedding is not None:
+                image = embedding.shared(image)
             image *= root
             diagonal.append(_inner(z, image))
             image -= diagonal[-1] * z

@@ -20,7 +20,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, diags_array
 
 from tissuec.core.arrays import dot, norm
@@ -48,18 +47,21 @@ class StageMatrix:
 
     Args:
         state: Read whenever S is made.
-        held: Which nodes are held or driven, shape (node,).
         layout: Places of the nodes.
     """
 
-    def __init__(self, state: State, held: NDArray[np.bool_], layout: Layout):
-        self._state, self._layout, self._held = state, layout, held
-        self._free = np.flatnonzero(~held)
-        self._number = np.where(held, -1, np.cumsum(~held) - 1)
-        self._mass, self._drag = state.mass[self._free], state.braking[self._free]
+    def __init__(self, state: State, layout: Layout):
+        self._state, self._layout, free = state, layout, state.free
+        self._free, self._embedding = np.flatnonzero(free), state.embedding
+        self._number = number = np.where(free, np.cumsum(free) - 1, -1)
+        self._reduction = None  # T with x = T x_free of free and embedded nodes that move
+        if self._embedding is not None:
+            self._number, self._reduction = self._embedding.reduction(free)
+        self._mass = state.inertia[self._free]
+        self._drag = state.shared(state.braking)[self._free]
         self._fields = state.fields
         self._acting, planes = state.acting, state.symmetry
-        within = planes and planes.projection(self._number, len(self._free))
+        within = planes and planes.projection(number, len(self._free))
         self._within = within
         self._made: tuple[float, float, bytes, bytes] | None = None
         self._factor: Factorization | ConjugateGradients | None = None
@@ -68,7 +70,7 @@ class StageMatrix:
     @cached_property
     def fill(self) -> Fill:
         """Return the size of the factor."""
-        return Fill.of(~self._held, self._acting.springs.ends, self._fields)
+        return Fill.of(self._state.free, self._acting.springs.ends, self._fields)
 
     @cached_property
     def cost(self) -> SolvingCost:
@@ -143,12 +145,16 @@ class StageMatrix:
         force = np.zeros_like(residual)
         force[free] = self._mass[:, None] * residual[free]
         found = [each.enter(residual.reshape(-1), force) for each in self._memories]
+        if self._embedding is not None:
+            force = self._embedding.shared(force)
         right = force[free].ravel()
         if self._within is not None:
             right = self._within @ right
         change = np.zeros_like(residual)
         moved = self._factor.solve(right)
         change[free] = moved.reshape(-1, 3)
+        if self._embedding is not None:
+            self._embedding.follow(change)
         for each, own in zip(self._memories, found, strict=True):
             each.leave(own, change.reshape(-1))
         vector[:] = self._layout.inwards(change)
@@ -198,7 +204,7 @@ class StageMatrix:
             exact: Whether K is exact, and positive semidefinite otherwise.
             relaxes: Whether internal variables change within the step.
         """
-        number, size = self._number, len(self._free)
+        number, size = self._number, int(self._number.max(initial=-1)) + 1
         springs = self._springs(time)
         blocks = stage_blocks(springs, q, position, velocity, exact=exact)
         parts = [assembled(blocks, number[springs.springs.ends], size)]
@@ -214,6 +220,9 @@ class StageMatrix:
         if relaxes:
             parts += [memory.matrix(number, size) for memory in self._memories]
         total, every = summed(parts, size), np.hstack(wide)
+        if self._reduction is not None:
+            total = self._reduction.T @ total @ self._reduction
+            every = np.asarray(self._reduction.T @ every)
         if self._within is not None:
             total, every = self._within @ total @ self._within, self._within @ every
         mass = np.repeat(self._mass + q * self._drag, 3)

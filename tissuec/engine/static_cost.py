@@ -169,7 +169,7 @@ def _solving(state: State) -> Solving:
     from tissuec.mechanics.dissection import dissected
     from tissuec.mechanics.inverses import BYTES, is_iterated
 
-    free = ~state.held
+    free = state.free
     joined = joined_nodes(free, _acting_ends(state), state.fields)
     order = dissected(state.position[free], joined.tocsr())
     unknowns, entries = joined.shape[0] * 3, 9.0 * joined.nnz

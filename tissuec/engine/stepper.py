@@ -126,7 +126,7 @@ class Stepper:
     def load(self, state: State) -> None:
         """Copy the state into the arrays; all of them hold the nodes that do not move."""
         work, inputs = self.work, self.inputs
-        still = (inputs.held & ~inputs.moved)[:, None]
+        still = inputs.still[:, None].copy()
         still[self.network.memory] = False
         position = inputs.inwards(state.position)
         velocity = inputs.inwards(np.where(still, 0.0, state.velocity))

@@ -6,6 +6,7 @@ by its address: ``tissuec.kernels``.
 
 from math import sqrt
 
+from tissuec.forces.acting.embedding_kernel import follow
 from tissuec.forces.springs.branches_kernel import put_home, remember
 from tissuec.forces.springs.rest_length_kernel import reel
 from tissuec.forces.springs.springs_kernel import reeled, springs
@@ -53,6 +54,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
                 a[i + c] = net.touches.bent[k, c]
     if net.inelastic:
         remember(a, net.internal)
+    if net.embedded:
+        follow(a, net.embedding)
     return near
 
 
@@ -156,7 +159,7 @@ def add_field(
 
 
 def place(time: float, x: Floats, v: Floats, net: Net) -> None:
-    """Set positions and velocities of driven nodes, and rest lengths, to those at a time."""
+    """Set driven and embedded nodes, and rest lengths, to what they are at a time."""
     put_driven(time, x, v, net.acts)
     if net.reeled:
         reel(time, net.rest, net.reels, net.acts)
@@ -165,6 +168,9 @@ def place(time: float, x: Floats, v: Floats, net: Net) -> None:
         put_home(x, net.touches.memory, net.touches.home)
     if net.inelastic:
         put_home(x, net.internal.nodes, net.internal.home)
+    if net.embedded:
+        follow(x, net.embedding)
+        follow(v, net.embedding)
 
 
 def kinetic(v: Floats, net: Net) -> float:

@@ -68,6 +68,15 @@ class RestLengthActuators(NamedTuple):
     act: Integers  # whose first component is the profile, shape (reel,)
 
 
+class EmbeddingTable(NamedTuple):
+    """Embedded nodes and their hosts; see ``forces.acting.embedding``."""
+
+    nodes: Integers  # shape (n,)
+    first: Integers  # hosts of node k are hosts[first[k]:first[k + 1]], shape (n + 1,)
+    hosts: Integers  # shape (host,)
+    weights: Floats  # shape (host,)
+
+
 class ContactTable(NamedTuple):
     """Shapes and the nodes that they can touch; see ``forces.contact``."""
 
@@ -259,10 +268,12 @@ class Net(NamedTuple):
     touched: bool  # there are instruments or threads that touch
     inelastic: bool  # some springs relax or flow
     cornered: bool  # some laws have corners
+    embedded: bool  # there are embedded nodes
     acts: BoundaryConditions
     reels: RestLengthActuators
     touches: ContactTable
     internal: InternalVariables
+    embedding: EmbeddingTable
     runs: Runs
     chunks: Chunks
     fields: Fields

@@ -27,7 +27,7 @@ from tissuec.model.edges import joining
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
     from tissuec.mechanics.dissection import EliminationOrder
     from tissuec.mechanics.inverses import Inverses
@@ -69,25 +69,30 @@ class Balance:
     """
 
     def __init__(self, state: State, chosen: NDArray[np.bool_]):
-        is_free = chosen & ~state.held
+        is_free = chosen & state.free
         self.free: Indices = np.flatnonzero(is_free)
-        ends = state.springs.ends
+        self._embedding, ends = state.embedding, state.springs.ends
+        number = np.where(is_free, np.cumsum(is_free) - 1, -1)
+        # Of free nodes and, behind them, of embedded ones that move with these.
+        moving, self._reduction = number, None
+        if self._embedding is not None:
+            moving, self._reduction = self._embedding.reduction(is_free)
+        self._moving = np.flatnonzero(moving >= 0)[np.argsort(moving[moving >= 0])]
         resists = (state.springs.stiffness > 0.0) | (state.springs.law > 0)
         # Edges of elements join pieces, also without any stiffness.
         resists |= joining(state.network, state.alive)
-        acts = state.alive_springs & resists & is_free[ends].any(axis=1)
-        number = np.where(is_free, np.cumsum(is_free) - 1, -1)
+        acts = state.alive_springs & resists & (moving[ends] >= 0).any(axis=1)
         self._acting, self._every = np.flatnonzero(acts), state.springs
         self.springs = RestingSprings(
-            ends=number[ends[acts]],
+            ends=moving[ends[acts]],
             outer_ends=ends[acts],
             behaviour=state.springs.some(self._acting).behaviour,
             rest=rest_lengths(state, state.velocity, self._acting),
         )
-        self.mass = state.mass[self.free]
+        self.mass = state.inertia[self.free]
         self.load = applied_forces(state)[self.free]
         self._pushing = (*state.jets.values(), *state.pressures)
-        self._number, self._time = number, state.time
+        self._number, self._time = moving, state.time
         self._fields = tuple(field.recalling(state.velocity).relaxed for field in state.fields)
         # Nothing moves; the velocities of hidden nodes say how far elements have flowed.
         self._still = np.zeros_like(state.velocity)
@@ -134,13 +139,52 @@ class Balance:
         total = np.zeros_like(bars.position)
         for acting in self._pushing:
             acting.add_forces(self._time, bars.position, self._still, total)
-        return self.load + total[self.free]
+        return self.load + self._on_free(total)
 
     @cached_property
     def labels(self) -> NDArray[np.integer]:
         """Return the piece of each free node, by its number, shape (free,)."""
-        inner = (self.springs.ends >= 0).all(axis=1)
-        return topology.pieces(len(self.free), self.springs.ends[inner])
+        joined = self.ends[(self.ends >= 0).all(axis=1)]
+        if self._embedding is not None:
+            pairs = self._number[self._embedding.neighbours]
+            joined = np.concatenate([joined, pairs[(pairs >= 0).all(axis=1)]])
+        return topology.pieces(len(self.free), joined)
+
+    @cached_property
+    def ends(self) -> NDArray[np.integer]:
+        """Return the ends of the springs as numbers of free nodes, shape (spring, 2).
+
+        The first free host of an embedded node stands for it, -1 for a node that stays.
+        """
+        if self._reduction is None:
+            return self.springs.ends
+        rows = self._reduction[::3]
+        return np.append(rows.indices[rows.indptr[:-1]] // 3, -1)[self.springs.ends]
+
+    @property
+    def is_embedding(self) -> bool:
+        """Return whether nodes are embedded in others."""
+        return self._embedding is not None
+
+    def _on_free(self, forces: Floats) -> Floats:
+        """Return the forces on free nodes, with those on embedded ones [N], shape (free, 3).
+
+        Args:
+            forces: On all nodes, shape (node, 3).
+        """
+        if self._embedding is None:
+            return forces[self.free]
+        return self._embedding.shared(forces)[self.free]
+
+    def following(self, vectors: Floats) -> Floats:
+        """Return vectors of free nodes and of embedded ones behind them, shape (moving, 3).
+
+        Args:
+            vectors: Of free nodes in any unit, shape (free, 3).
+        """
+        if self._reduction is None:
+            return vectors
+        return np.asarray(self._reduction @ vectors.ravel()).reshape(-1, 3)
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which free nodes contact or a force ties to something, shape (free,).
@@ -154,6 +198,9 @@ class Balance:
         for acting in self._fields:
             if acting is not self._planes:
                 found |= acting.touched(position)
+        if self._embedding is not None:
+            pairs = self._embedding.neighbours
+            found[pairs[found[self._embedding.nodes[self._embedding.owners]]]] = True
         return found[self.free]
 
     @property
@@ -169,11 +216,10 @@ class Balance:
         """
         from scipy.sparse import csr_matrix
 
-        size = len(self.free)
         if self._contact is None:
-            return csr_matrix((3 * size, 3 * size))
-        where = self._time, self.bars(x).position, self._number, size
-        return csr_matrix(self._contact.matrix(*where, exact=False))
+            return csr_matrix((3 * len(self.free), 3 * len(self.free)))
+        where = self._time, self.bars(x).position, self._number, len(self._moving)
+        return csr_matrix(self._reduced(self._contact.matrix(*where, exact=False)))
 
     def pressed(self, x: Floats, nodes: Indices) -> tuple[float, float]:
         """Return the force with which contact presses on some nodes, and what can rub them [N].
@@ -186,7 +232,7 @@ class Balance:
             return 0.0, 0.0
         position, total = self.bars(x).position, np.zeros_like(self._position)
         self._contact.add_forces(self._time, position, self._still, total)
-        force = float(norm(total[self.free[nodes]].sum(axis=0)))
+        force = float(norm(self._on_free(total)[nodes].sum(axis=0)))
         return force, self._contact.least_friction(position) * force
 
     @property
@@ -209,6 +255,8 @@ class Balance:
         """Return the state of the springs with the free nodes at x [m], shape (free, 3)."""
         position = self._position
         position[self.free] = x
+        if self._embedding is not None:
+            self._embedding.follow(position)
         return self.springs.bars(position)
 
     def bars_at(self, position: Floats) -> Bars:
@@ -218,9 +266,14 @@ class Balance:
     def force(self, bars: Bars) -> Floats:
         """Return the sum of all forces on the free nodes [N], shape (free, 3)."""
         total = self.load.copy()
-        self.springs.add_forces(bars, total)
+        if self._reduction is None:
+            self.springs.add_forces(bars, total)
+        else:
+            pulled = np.zeros((len(self._moving), 3))
+            self.springs.add_forces(bars, pulled)
+            total += (self._reduction.T @ pulled.ravel()).reshape(-1, 3)
         if self._fields:
-            total += sum(self._of_fields(bars), np.zeros_like(bars.position))[self.free]
+            total += self._on_free(sum(self._of_fields(bars), np.zeros_like(bars.position)))
         return total if self._planes is None else self._kept(total)
 
     def _of_fields(self, bars: Bars) -> list[Floats]:
@@ -260,7 +313,7 @@ class Balance:
 
     def star(self, nodes: Indices) -> NodeSprings:
         """Return some free nodes, given by numbers of shape (n,), with the springs at them."""
-        row = np.full(len(self.free) + 1, -1)  # the last is that of ends that stay
+        row = np.full(len(self._moving) + 1, -1)  # the last is that of ends that stay
         row[nodes] = np.arange(len(nodes))
         rows = row[self.springs.ends]
         springs = np.flatnonzero((rows >= 0).any(axis=1))
@@ -293,7 +346,7 @@ class Balance:
         for acting in self._fields:
             wayward = acting.wayward(self._time, bars.position)
             if wayward is not None:
-                self._frozen += wayward[self.free]
+                self._frozen += self._on_free(wayward)
 
     def energy(self, x: Floats, bars: Bars) -> tuple[float, float]:
         """Return the energy and a bound of its rounding error [J].
@@ -334,19 +387,39 @@ class Balance:
 
         Gershgorin's bound by the rows of their part of K.
         """
-        size = len(self.free)
-        total = np.zeros(3 * size)
+        size = len(self._moving)
+        total = np.zeros(3 * len(self.free))
         for acting in self._fields:
             sparse, wide = acting.split(self._time, bars.position, self._number, size)
+            sparse, wide = self._reduced(sparse), self._narrowed(wide)
             total += np.asarray(abs(sparse).sum(axis=1)).ravel()
             total += np.abs(wide) @ np.abs(wide).sum(axis=0)
         return total.reshape(-1, 3).max(axis=1)
 
     def weakening(self, bars: Bars) -> float:
         """Return a bound on how negative an eigenvalue of K may be [N/m]."""
-        where = bars.position, self._number, len(self.free)
+        where = bars.position, self._number, len(self._moving)
         turning = sum(acting.weakening(self._time, *where) for acting in self._fields)
-        return self.springs.weakening(bars, len(self.free)) + turning
+        return self._stretch * (self.springs.weakening(bars, len(self._moving)) + turning)
+
+    @cached_property
+    def _stretch(self) -> float:
+        """Return a bound of the square of the norm of T, dimensionless."""
+        if self._reduction is None:
+            return 1.0
+        sizes = abs(self._reduction)
+        return float(sizes.sum(axis=0).max(initial=0.0) * sizes.sum(axis=1).max(initial=0.0))
+
+    def _reduced(self, matrix: "csc_matrix") -> "csc_matrix":
+        """Return Tᵀ K T of a matrix K of moving nodes, in any unit."""
+        from scipy.sparse import csc_matrix
+
+        spread = self._reduction
+        return matrix if spread is None else csc_matrix(spread.T @ matrix @ spread)
+
+    def _narrowed(self, columns: Floats) -> Floats:
+        """Return Tᵀ W of columns W of moving nodes, in any unit."""
+        return columns if self._reduction is None else np.asarray(self._reduction.T @ columns)
 
     @cached_property
     def _elimination(self) -> "EliminationOrder":
@@ -371,7 +444,7 @@ class Balance:
 
         from tissuec.mechanics.stiffness import Stiffness
 
-        size = len(self.free)
+        size = len(self._moving)
         values, rows, columns = self.springs.entries(bars, exact=exact)
         parts = [csc_matrix((values, (rows, columns)), shape=(3 * size, 3 * size))]
         wide = [np.zeros((3 * size, 0))]
@@ -381,11 +454,11 @@ class Balance:
             )
             parts.append(sparse)
             wide.append(beside)
-        total = summed(parts, size)
+        total, every = self._reduced(summed(parts, size)), self._narrowed(np.hstack(wide))
         if self._planes is None:
-            return Stiffness(total, np.hstack(wide), self._elimination)
+            return Stiffness(total, every, self._elimination)
         # Motions off the planes, in which nothing else has a part, are stiffer than all others.
         within, top = self._within, OFF_PLANE * float(np.abs(total.diagonal()).max(initial=0.0))
-        off = top * (identity(3 * size) - within)
+        off = top * (identity(3 * len(self.free)) - within)
         kept = csc_matrix(within @ total @ within + off)
-        return Stiffness(kept, np.asarray(within @ np.hstack(wide)), self._elimination)
+        return Stiffness(kept, np.asarray(within @ every), self._elimination)

@@ -135,7 +135,12 @@ def force_on(
     velocity: Floats,
     nodes: Indices,
 ) -> Floats:
-    """Return the resultant of the inner forces on some nodes [N], shape (…, 3)."""
+    """Return the resultant of the inner forces on some nodes [N], shape (…, 3).
+
+    Forces on embedded nodes are on their hosts.
+    """
+    if state.embedding is not None:
+        return inner_forces(state, time, position, velocity).node[..., nodes, :].sum(axis=-2)
     total = pull_on(state, position, velocity, nodes)
     for acting in state.drawn_fields:
         pressed = np.zeros(position.shape)
@@ -157,6 +162,9 @@ def torque_on(
     Args:
         about: A point [m], shape (…, 3).
     """
+    if state.embedding is not None:
+        forces = inner_forces(state, time, position, velocity).node
+        return _torque(position[..., nodes, :], forces[..., nodes, :], about)
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
     ends = state.springs.ends[springs]
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
@@ -202,7 +210,7 @@ def kinetic_energy(state: State, velocity: Floats, nodes: Indices | None = None)
     """Return Σ ½ m v² over the free nodes among ``nodes`` [J], shape (…)."""
     free = _free(state, nodes)
     moving = velocity[..., free, :]
-    return 0.5 * _sum_each(state.mass[free] * dot(moving, moving))
+    return 0.5 * _sum_each(state.inertia[free] * dot(moving, moving))
 
 
 def elastic_energy(
@@ -272,5 +280,5 @@ def energies(
 
 def _free(state: State, nodes: Indices | None) -> Indices:
     """Return the free nodes, or those among ``nodes``, shape (free,)."""
-    held = state.held
-    return np.flatnonzero(~held) if nodes is None else nodes[~held[nodes]]
+    free = state.free
+    return np.flatnonzero(free) if nodes is None else nodes[free[nodes]]

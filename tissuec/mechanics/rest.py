@@ -26,7 +26,7 @@ def rests_pressed(state: State) -> bool:
     """
     if state.touching is not None:
         return False
-    free, memory = ~state.held, state.network.memory
+    free, memory = state.free, state.network.memory
     still = np.zeros_like(state.velocity)
     still[memory] = state.velocity[memory]  # what springs and friction remember
     length = observables.lengths(state.springs.ends, state.position)
@@ -101,7 +101,7 @@ def is_stable(state: State) -> bool:
     Args:
         state: As for ``rests_pressed``.
     """
-    size = 3 * int(np.count_nonzero(~state.held))
+    size = 3 * int(np.count_nonzero(state.free))
     if size > DENSE or state.fields:
         return False
     from tissuec.mechanics.balance import Balance  # which most nets do not need

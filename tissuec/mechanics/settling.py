@@ -128,6 +128,7 @@ def settle(
     remarks = (*remarks, *_lost(balance, state.network, x))
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
     state.velocity[balance.free] = 0.0
+    state.follow_hosts()
     state.forget_friction(balance.free)
     _let_relax(state, balance)
     return remarks
@@ -164,6 +165,8 @@ def _let_relax(state: State, balance: Balance) -> None:
         return
     moved = np.zeros(state.network.node_count, dtype=bool)
     moved[balance.free] = True
+    if state.embedding is not None:
+        moved[state.embedding.nodes] = state.embedding.any_of(moved)
     for field in state.fields:
         field.let_relax(state.velocity, state.position, moved)
     if state.springs.inelastic is None:
@@ -386,6 +389,8 @@ def _equilibrium(
         if soft and (mode := soft[0]).resists < -LOOSE:
             remarks = (Remark(BUCKLED, mode.node(balance)),)
             x = _pushed_off(balance, x, mode)
+        elif balance.is_embedding:
+            break  # relaxation knows springs between free nodes only
         else:
             relaxed = relax(balance, x, threshold=1e-3 * left, most=SWEEPS).x
             x = relaxed if np.isfinite(relaxed).all() else x
@@ -433,9 +438,9 @@ class _Falling(NamedTuple):
 
 def _falling(balance: Balance, x: Floats) -> _Falling:
     """Return the pieces that fall from where they are."""
-    inner, labels = (balance.springs.ends >= 0).all(axis=1), balance.labels
+    inner, labels = (balance.ends >= 0).all(axis=1), balance.labels
     anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
-    anchored[labels[balance.springs.ends[~inner].max(axis=1)]] = True
+    anchored[labels[balance.ends[~inner].max(axis=1)]] = True
     anchored[labels[balance.touched(balance.bars(x).position)]] = True
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)

@@ -16,7 +16,7 @@ from tissuec.forces.acting.load import Drag, Load, LoadTerm, Nodal, Weight, tota
 from tissuec.forces.effects import Effect
 from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
-from tissuec.model.blocks import KINDS, SYMMETRY, FieldBlock
+from tissuec.model.blocks import EMBEDDING, KINDS, SYMMETRY, FieldBlock
 from tissuec.model.edges import edges_of, elements_at, without
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
@@ -26,6 +26,7 @@ from tissuec.model.springs import Springs
 from tissuec.model.topology import join_nodes_of
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
+    from tissuec.forces.acting.embedding import EmbeddedNodes
     from tissuec.forces.acting.jets import Jet
     from tissuec.forces.acting.symmetry import SymmetryPlanes
     from tissuec.forces.contact.contact import Contact
@@ -164,20 +165,61 @@ class State(Struct, eq=False):
 
     @property
     def held(self) -> NDArray[np.bool_]:
-        """Return which nodes are held, grasped or driven: no unknowns, shape (node,)."""
+        """Return which nodes are held, grasped or driven: no unknowns, shape (node,).
+
+        An embedded node is held if all its hosts are.
+        """
         held = np.zeros(self.network.node_count, dtype=bool)
         for nodes in self.holders.values():
             held[nodes] = True
         held[self.network.memory] = True
+        if (embedding := self.embedding) is not None:
+            held[embedding.nodes] = ~embedding.any_of(~held)
         return held
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Return which nodes are unknowns, neither held nor embedded, shape (node,)."""
+        free = ~self.held
+        if (embedding := self.embedding) is not None:
+            free[embedding.nodes] = False
+        return free
+
+    @property
+    def driven(self) -> NDArray[np.bool_]:
+        """Return which nodes, or some of their hosts, follow a path, shape (node,)."""
+        driven = np.zeros(self.network.node_count, dtype=bool)
+        for motion in self.motions.values():
+            driven[motion.nodes] = True
+        if (embedding := self.embedding) is not None:
+            driven[embedding.nodes] = embedding.any_of(driven)
+        return driven
 
     @property
     def still(self) -> NDArray[np.bool_]:
         """Return which nodes are held and follow no path, shape (node,)."""
-        still = self.held
-        for motion in self.motions.values():
-            still[motion.nodes] = False
-        return still
+        return self.held & ~self.driven
+
+    def shared(self, values: Floats) -> Floats:
+        """Return values with those of embedded nodes distributed to their hosts.
+
+        Args:
+            values: What adds up, of all nodes in any unit, shape (node, …).
+        """
+        return values if self.embedding is None else self.embedding.shared(values)
+
+    @property
+    def inertia(self) -> Floats:
+        """Return the masses that resist forces: 0 of embedded nodes [kg], shape (node,)."""
+        return self.shared(self.mass)
+
+    @property
+    def divisor(self) -> Floats:
+        """Return ``inertia``, but 1 kg for embedded nodes, shape (node,)."""
+        inertia = self.inertia
+        if self.embedding is not None:
+            inertia[self.embedding.nodes] = 1.0
+        return inertia
 
     @property
     def braking(self) -> Floats:
@@ -446,7 +488,7 @@ class State(Struct, eq=False):
         It does not depend on when blocks were added.
         """
         rank = {kind: place for place, kind in enumerate(KINDS)}
-        rank[SYMMETRY] = len(KINDS) + 1
+        rank |= {EMBEDDING: len(KINDS) + 1, SYMMETRY: len(KINDS) + 2}
         blocks = self.blocks.values()
         return tuple(sorted(blocks, key=lambda block: rank.get(block.kind, len(KINDS))))
 
@@ -467,15 +509,27 @@ class State(Struct, eq=False):
         return next(iter(self.of_kind(SYMMETRY)), None)
 
     @property
+    def embedding(self) -> "EmbeddedNodes | None":
+        """The nodes that are embedded in others; None without any."""
+        return next(iter(self.of_kind(EMBEDDING)), None)
+
+    @property
     def outer(self) -> tuple[Nodal, ...]:
-        """Return the external forces on free nodes: weight, drag and applied forces."""
-        held, braking = self.held, self.braking
-        weight = Weight(np.where(held, 0.0, self.mass), self.gravity, self.weighing)
+        """Return the external forces on free nodes: weight, drag and applied forces.
+
+        Those on embedded nodes are on their hosts.
+        """
+        held, braking, embedding = self.held, self.shared(self.braking), self.embedding
+        weighing = self.weighing
+        if embedding is not None:
+            weighing = embedding.shared(self.mass * weighing) / self.divisor
+        weight = Weight(np.where(held, 0.0, self.inertia), self.gravity, weighing)
         drag = Drag(np.where(held, 0.0, braking))
+        loads = self.loads.values()
         return (
             *((weight,) if self.gravity.any() else ()),
             *((drag,) if braking.any() else ()),
-            *self.loads.values(),
+            *(loads if embedding is None else map(embedding.carried, loads)),
         )
 
     @property
@@ -519,6 +573,13 @@ class State(Struct, eq=False):
             self.velocity[nodes] = 0.0
         for motion in self.motions.values():
             self.position[motion.nodes], self.velocity[motion.nodes] = motion.at(self.time)
+        self.follow_hosts()
+
+    def follow_hosts(self) -> None:
+        """Set positions and velocities of embedded nodes by those of their hosts."""
+        if (embedding := self.embedding) is not None:
+            embedding.follow(self.position)
+            embedding.follow(self.velocity)
 
 
 def _parting(network: Network, knot: Knot, position: Floats, velocity: Floats) -> float:

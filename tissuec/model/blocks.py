@@ -20,8 +20,8 @@ KINDS = (
     "contact",
     "jet",
 )
-#: The kind whose forces follow those of all others, of ``force`` blocks as well.
-SYMMETRY = "symmetry"
+#: Kinds whose forces follow those of all others, of ``force`` blocks as well, in this order.
+EMBEDDING, SYMMETRY = "embedding", "symmetry"
 
 
 def name_of_force(name: str) -> str:
@@ -34,7 +34,7 @@ class FieldBlock(Struct, frozen=True, eq=False):
 
     Attributes:
         name: What messages call it; no two blocks of a net have the same.
-        kind: One of ``KINDS``, that of a ``force`` block, or ``SYMMETRY``.
+        kind: One of ``KINDS``, that of a ``force`` block, ``EMBEDDING`` or ``SYMMETRY``.
         field: Nodes and numbers of the elements, with their force: a ``forces.Field``.
         span: The entry or order behind it; None where there are several.
     """

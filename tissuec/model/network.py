@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import largest_side
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
-from tissuec.model.blocks import FieldBlock, NetSize
+from tissuec.model.blocks import EMBEDDING, FieldBlock, NetSize
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs
 from tissuec.model.topology import PairIndex
@@ -438,8 +438,28 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         inside = (self.skin >= body.nodes.start) & (self.skin < body.nodes.stop)
         return np.asarray(inside.all(axis=1))
 
+    @property
+    def embedding(self) -> Any:
+        """The ``acting.embedding.EmbeddedNodes``; None without any."""
+        return self.field(EMBEDDING)
+
+    @cached_property
+    def glued(self) -> Indices:
+        """Return pairs of bodies, nodes of the first of which are embedded in the second.
+
+        The shape is (pair, 2).
+        """
+        if (embedding := self.embedding) is None:
+            return np.zeros((0, 2), dtype=np.int64)
+        starts = np.array([body.nodes.start for body in self.bodies])
+        ends = np.stack([embedding.nodes[embedding.owners], embedding.hosts], axis=1)
+        return np.unique(np.searchsorted(starts, ends, side="right") - 1, axis=0)
+
     def are_joined(self, one: BodyPart, other: BodyPart) -> bool:
-        """Return whether springs of joints lead from one body to another."""
+        """Return whether springs of joints lead from one body to another, or glue does."""
+        parts = [self.bodies.index(one), self.bodies.index(other)]
+        if (np.sort(self.glued, axis=1) == np.sort(parts)).all(axis=1).any():
+            return True
         ends = self.joined_ends
         first, second = (
             ((ends >= body.nodes.start) & (ends < body.nodes.stop)).any(axis=1)

@@ -383,6 +383,21 @@ class Joint(Struct, frozen=True, eq=False):
     span: Span
 
 
+class Glue(Struct, frozen=True, eq=False):
+    """Nodes that are embedded in a body.
+
+    Attributes:
+        ends: The set or body that is glued, and that to which it is.
+        reach: Distance from the other side as drawn up to which nodes are glued [m]; None if
+            not written.
+    """
+
+    name: str
+    ends: tuple[s.Name, s.Name]
+    reach: float | None
+    span: Span
+
+
 class WrittenForce(Struct, frozen=True):
     """A force on nodes, from its block.
 
@@ -449,6 +464,7 @@ class Scene(Struct, frozen=True, eq=False):
     tissues: Mapping[str, Tissue]
     bodies: Mapping[str, Body]
     joints: Mapping[str, Joint]
+    glues: Mapping[str, Glue]
     tools: Mapping[str, Tool]
     forces: Mapping[str, WrittenForce]
     environment: Environment

@@ -11,7 +11,7 @@ from tissuec.scene.bodies.likeness import read_each_like
 from tissuec.scene.bodies.tables import read_tables
 from tissuec.scene.environment import Environment, read_environment
 from tissuec.scene.members import read_force
-from tissuec.scene.model import Scene
+from tissuec.scene.model import Glue, Joint, Scene
 from tissuec.scene.overrides.entries import read_overrides
 from tissuec.scene.program.declarations import Declarations, collect, part_of
 from tissuec.scene.program.imports import Program, whole
@@ -89,7 +89,8 @@ def resolve(
         vocabulary=words.vocabulary,
         tissues=words.tissues,
         bodies=blocks["body"],
-        joints=blocks["joint"],
+        joints={key: one for key, one in blocks["joint"].items() if isinstance(one, Joint)},
+        glues={key: one for key, one in blocks["joint"].items() if isinstance(one, Glue)},
         tools=blocks["tool"],
         forces=words.forces,
         environment=environment,

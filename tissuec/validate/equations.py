@@ -21,7 +21,9 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.model.blocks import EMBEDDING
 from tissuec.validate.contact_search import NearbyContact
+from tissuec.validate.embedded import EmbeddedPoints
 from tissuec.validate.field_matrices import FieldMatrices
 from tissuec.validate.forces import FORMULAS, ForceFormula
 from tissuec.validate.forces.activation import ActiveFibres
@@ -130,21 +132,22 @@ class Equations:
         # Where profiles begin and end may differ from the ends of the stretch by rounding.
         margin = ROUNDING * stop
         self.window = state.time + margin, max(stop - margin, state.time + margin)
-        held = state.held
-        self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
+        self.embedded = EmbeddedPoints(state.of_kind(EMBEDDING), self.count, state.held)
+        self.held, self.free = np.flatnonzero(state.held), self.embedded.free
         self.motions = tuple(state.motions.values())
         self.loads = tuple(state.loads.values())
         touching = state.touching
         self.contact = None if touching is None else NearbyContact(touching)
-        self.fields = tuple(self._formula(block, state) for block in state.present_blocks)
+        blocks = [block for block in state.present_blocks if block.kind != EMBEDDING]
+        self.fields = tuple(self._formula(block, state) for block in blocks)
         of_elements = (ElementSolid, MembraneWall)
         self.elements = [one for one in self.fields if isinstance(one, of_elements)]
         smooth = [one for one in self.fields if one is not self.contact]
-        self.matrices = FieldMatrices(smooth, self.free, self.count)
+        self.matrices = FieldMatrices(smooth, self.embedded, self.count)
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
-        self.gravity, self.drag = state.gravity, state.braking[self.free]
-        self.mass = state.mass[self.free]
-        self.heavy = self.mass * state.weighing[self.free]
+        own = state.braking, state.mass, state.mass * state.weighing
+        self.drag, self.mass, self.heavy = (self.embedded.shared(n)[self.free] for n in own)
+        self.gravity = state.gravity
         self._still = state.position - network.position
         self.springs = np.flatnonzero(state.alive_springs)
         numbers = (state.springs.stiffness, state.springs.damping, state.springs.rest)
@@ -258,6 +261,8 @@ class Equations:
         size = 3 * len(self.free)
         moved[self.free] = y[:size].reshape(-1, 3)
         velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
+        self.embedded.follow(moved)
+        self.embedded.follow(velocity)
         if self.inner:
             tensors = len(y) - 2 - self.relaxing.count
             given = tensors - self.yielding.count
@@ -379,7 +384,7 @@ class Equations:
         for acting in self.fields:
             if not isinstance(acting, MirroredForces):
                 acting.add_forces(inside, self.drawn + moved, velocity, forces)
-        return forces
+        return self.embedded.shared(forces)
 
     def outside(self, time: float) -> Floats:
         """Return the external forces on all nodes [N], shape (node, 3)."""
@@ -387,7 +392,7 @@ class Equations:
         total = np.zeros((self.count, 3))
         for load in self.loads:
             total[load.nodes] += load.at(inside)
-        return total
+        return self.embedded.shared(total)
 
     def rate(self, time: float, y: Floats) -> Floats:
         """Return dy/dt, shape (6 free + inner + 2,)."""
@@ -475,7 +480,8 @@ class Equations:
 
     def _ends(self) -> sparse.csr_matrix:
         """Return E = B ⊗ 1 on the free nodes, shape (3 spring, 3 free)."""
-        return sparse.csr_matrix(sparse.kron(self.incidence[:, self.free], sparse.identity(3)))
+        joined = self.embedded.spread(self.incidence)
+        return sparse.csr_matrix(sparse.kron(joined, sparse.identity(3)))
 
     def between(self, blocks: Floats) -> sparse.csr_matrix:
         """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes, shape (3 free, 3 free).
@@ -526,7 +532,8 @@ class Equations:
         """
         length = float(np.abs(self._reach).max(initial=0.0) + self.rest.max(initial=0.0))
         stiffness = self.stiffness
-        joined = (abs(self._backwards) @ stiffness + self._of_elements())[self.free]
+        joined = abs(self._backwards) @ stiffness + self._of_elements()
+        joined = self.embedded.shared(joined)[self.free]
         fastest = float(np.sqrt((2.0 * joined / self.mass).max(initial=0.0)))
         place = ROUNDING * length
         strain = self.stiffest * place * length

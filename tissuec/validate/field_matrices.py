@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from tissuec.validate.embedded import EmbeddedPoints
 from tissuec.validate.forces import ForceFormula
 from tissuec.validate.forces.bending import Folding, PlateBending
 from tissuec.validate.forces.elements import ElementSolid
@@ -35,12 +36,13 @@ class FieldMatrices:
 
     Args:
         fields: All of them but contact.
-        free: The nodes that move, ascending, shape (free,).
+        embedded: Of the net, with the nodes that are free and those that move.
         count: Number of all nodes.
     """
 
-    def __init__(self, fields: Sequence[ForceFormula], free: Indices, count: int):
-        self._fields, self._free = fields, free
+    def __init__(self, fields: Sequence[ForceFormula], embedded: EmbeddedPoints, count: int):
+        self._fields, self._embedded, free = fields, embedded, embedded.moving
+        self._free = free
         self._viscous = [one for one in fields if isinstance(one, VISCOUS)]
         self._mirrors = [one for one in fields if isinstance(one, MirroredForces)]
         self._number = np.full(count, -1)
@@ -49,13 +51,13 @@ class FieldMatrices:
 
     def by_place(self, time: float, position: Floats) -> sparse.csr_matrix:
         """Return minus the derivative of forces by positions [N/m], (3 free, 3 free)."""
-        return self._sum(self._fields, time, position)
+        return self._embedded.reduced(self._sum(self._fields, time, position))
 
     def by_speed(self, time: float, position: Floats, velocity: Floats) -> sparse.csr_matrix:
         """Return minus the derivative of forces by velocities [N s/m], (3 free, 3 free)."""
         size = 3 * len(self._free)
         if not self._viscous:
-            return sparse.csr_matrix((size, size))
+            return self._embedded.reduced(sparse.csr_matrix((size, size)))
         (rows, columns), groups = self.coupled(time, position)
         still, found = self._forces(time, position, velocity), sparse.csr_matrix((size, size))
         for group in groups:
@@ -69,12 +71,13 @@ class FieldMatrices:
                 found += sparse.csr_matrix(
                     (change.ravel(), (at.ravel(), along.ravel())), (size, size)
                 )
-        return found
+        return self._embedded.reduced(found)
 
     def mirrored(self, matrix: Any) -> Any:
         """Return rows of a matrix, in any unit, within planes of symmetry."""
         for one in self._mirrors:
-            ways = one.ways(self._number, len(self._free))
+            count = len(self._embedded.free)
+            ways = one.ways(np.where(self._number < count, self._number, -1), count)
             matrix = ways @ (ways.T @ matrix)
         return matrix
 

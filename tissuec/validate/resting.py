@@ -68,6 +68,9 @@ def rest(state: State, chosen: NDArray[np.bool_]) -> None:
         )
     state.position[field.free] = field.drawn + moved.reshape(-1, 3)
     state.velocity[field.free] = 0.0
+    embedded = Equations(state, state.time).embedded
+    embedded.follow(state.position)
+    embedded.follow(state.velocity)
     state.forget_friction(field.free)
     _give_way(state, field.free)
 
@@ -333,7 +336,7 @@ class EnergyField:
             jet.add_forces(self._time, place, np.zeros_like(place), pushed)
         for source in self._sources:
             pushed += source.wayward(self._time, place)
-        return pushed[self.free].ravel()
+        return self._equations.embedded.shared(pushed)[self.free].ravel()
 
     def frozen_force(self, moved: Floats) -> Floats:
         """Return the forces on free nodes, with the frozen ones [N], shape (3 free,)."""
@@ -382,10 +385,12 @@ class EnergyField:
         matrix = self._equations.between(steep[:, None, None] * along + across)
         place = self._equations.drawn + self._state(moved)
         number = np.full(self._equations.count, -1)
-        number[self.free] = np.arange(len(self.free))
+        embedded = self._equations.embedded
+        number[embedded.moving] = np.arange(len(embedded.moving))
         for acting in self._equations.fields:
-            part = acting.matrix(self._time, place, number, len(self.free))
-            matrix = (matrix + part).tocsr()
+            part = acting.matrix(self._time, place, number, len(embedded.moving))
+            matrix = (matrix + embedded.reduced(part)).tocsr()
+        number[embedded.nodes] = -1
         for acting in self._equations.fields:
             if isinstance(acting, MirroredForces):
                 ways = acting.ways(number, len(self.free))

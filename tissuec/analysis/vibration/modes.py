@@ -212,6 +212,8 @@ def _mode(net: _Net, number: int, kind: Kind, value: float, y: Floats) -> Mode:
     phi = y.reshape(-1, 3) / np.sqrt(balance.mass)[:, None]
     shape = np.zeros_like(network.position)
     shape[balance.free] = phi
+    if net.state.embedding is not None:
+        net.state.embedding.follow(shape)
     energy = np.bincount(balance.free, (y * y).reshape(-1, 3).sum(axis=1), len(shape))
     shares = {body.name: float(energy[body.nodes].sum()) for body in network.bodies}
     omega = sqrt(abs(value))
@@ -230,13 +232,15 @@ def _mode(net: _Net, number: int, kind: Kind, value: float, y: Floats) -> Mode:
 def _resisted(net: _Net, phi: Floats) -> float:
     """Return φᵀ D φ [1/s] of dashpots and ambient damping for φ of shape (free, 3)."""
     ends = net.balance.springs.ends
-    moved = np.where(ends[..., None] >= 0, phi[ends], 0.0)
+    moved = np.where(ends[..., None] >= 0, net.balance.following(phi)[ends], 0.0)
     closing = np.einsum("sk,sk->s", net.bars.direction, moved[:, 1] - moved[:, 0])
     elongation = net.bars.length - net.balance.springs.rest
     viscosity = net.balance.springs.behaviour.sluggishness(elongation, np.zeros(len(ends)))
-    braked = float(net.state.braking[net.balance.free] @ (phi**2).sum(axis=1))
+    braked = float(net.state.shared(net.state.braking)[net.balance.free] @ (phi**2).sum(axis=1))
     moving = np.zeros_like(net.bars.position)
     moving[net.balance.free] = phi
+    if net.state.embedding is not None:
+        net.state.embedding.follow(moving)
     for field in net.state.without_contact.fields:
         braked += float(field.relaxed.powers(net.state.time, net.bars.position, moving)[1])
     return float(viscosity @ closing**2) + braked

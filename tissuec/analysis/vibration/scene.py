@@ -53,7 +53,7 @@ def scene_modes(
     chosen = _nodes(compiled.network, body)
     state = state_at_start(compiled, settles=True)
     state.place_held()
-    if not (chosen & ~state.held).any():
+    if not (chosen & state.free).any():
         what = "the scene" if body is None else f'"{body}"'
         raise TissueError(f"no node of {what} can move: all nodes are held at 0 s")
     return modes_of(state, chosen, count=count, above=above)

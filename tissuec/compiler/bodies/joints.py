@@ -54,7 +54,7 @@ def build_joints(scene: Scene, groups: Groups, findings: Findings) -> list[Joint
             if key in scene.joints:
                 one = _build(scene.joints[key], groups, findings)
                 built.append(one)
-        if one is None:
+        if one is None and key not in scene.glues:
             findings.doubt(declared.name)
     groups.add_joints([(one.drawing, one.springs.ends) for one in built])
     return built

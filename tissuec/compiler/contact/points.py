@@ -124,7 +124,8 @@ class FacePoints(Struct, frozen=True, eq=False):
 
         Nodes of bodies with points touch nothing, and nodes of threads do not touch these
         bodies: their points do. Groups of faces are each shape of a tool, each thread, the skin
-        of each body, and the faces in planes of symmetry, which nothing touches.
+        of each body, and the faces in planes of symmetry, which nothing touches. Bodies that
+        are glued together do not touch each other.
         """
         bodies, shapes = len(network.bodies), len(self.thin)
         groups = 2 * bodies + shapes + len(self.couples)
@@ -143,6 +144,13 @@ class FacePoints(Struct, frozen=True, eq=False):
         for number, (body, softer) in enumerate(self.couples.tolist()):
             meets[bodies + body, shapes + bodies + softer] = False
             meets[2 * bodies + shapes + number, shapes + bodies + softer] = True
+        owner = np.concatenate(
+            [np.tile(np.arange(bodies), 2), np.full(shapes, -1), self.couples[:, 0]]
+        )
+        for pair in network.glued.tolist():
+            for one, other in (pair, pair[::-1]):
+                faces = [shapes + other, shapes + bodies + other]
+                meets[np.ix_(owner == one, faces)] = False
         return meets
 
     def sides(

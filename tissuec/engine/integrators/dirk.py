@@ -11,6 +11,7 @@ from math import inf
 from tissuec.engine.integrators.banded import assemble, solve
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.forces.accelerations import force, place
+from tissuec.forces.acting.embedding_kernel import follow
 from tissuec.kernels.records import LOOKED, Floats, Net, Work
 from tissuec.kernels.stages import combine
 from tissuec.kernels.vectors import accumulate, length, quadrature, scale, subtract
@@ -157,6 +158,10 @@ def stand_still(q: float, start: Floats, a: Floats, x: Floats, v: Floats, net: N
                 a[i] += change / q
                 v[i] += change
                 x[i] = start[i]
+    if net.embedded:
+        follow(a, net.embedding)
+        follow(x, net.embedding)
+        follow(v, net.embedding)
 
 
 def open_bristles(q: float, a: Floats, net: Net) -> None:

@@ -1,5 +1,6 @@
-"""Joints: springs between bodies, by which they hang on one another or are sewn together."""
+"""Joints: springs between bodies, or nodes of one that are glued to another."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import inf
 from typing import Annotated
@@ -9,7 +10,7 @@ from tissuec.core.fields import OneOf, Real
 from tissuec.core.hints import Edit, Hint
 from tissuec.lang import syntax as s
 from tissuec.scene.bodies.entries import RUPTURE, SECTION
-from tissuec.scene.model import Joint
+from tissuec.scene.model import Glue, Joint
 from tissuec.scene.program.declarations import Declared
 from tissuec.scene.program.resolved import ResolvedProgram
 from tissuec.scene.reading import schema
@@ -22,6 +23,9 @@ from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import SET, NameClause
 
 PAIRS = ("nearest", "all")
+EndsReader = Callable[[s.Assign | s.Sentence | s.Block, Scope], tuple[s.Name, s.Name]]
+#: Entries of a joint that say nothing of glue.
+OF_SPRINGS = ("springs", "tissue", "rupture", "pairs", "section")
 
 
 class JoinedWords(VerbSentence, frozen=True):
@@ -35,19 +39,24 @@ class JoinedWords(VerbSentence, frozen=True):
     ]
 
 
+_GLUED = SentenceKind((JoinedWords,), wrong="glue leads from a set or body to another")
 _JOINED = SentenceKind(
     (JoinedWords,), wrong="the springs of a joint connect two sets or bodies"
 )
 
 
-def _read_ends(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> tuple[s.Name, s.Name]:
-    """Return the names of the sets or bodies on either side."""
-    reader = SentenceReader("springs", _JOINED, item, scope)
-    if isinstance(item, s.Block):
-        reader.reject_form()
-    _refuse_reserved_words(item, scope)
-    said = reader.get(JoinedWords)
-    return said.first, said.second
+def _ends_of(first: str, kind: SentenceKind) -> EndsReader:
+    """Return what reads the names of the sets or bodies on either side."""
+
+    def read(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> tuple[s.Name, s.Name]:
+        reader = SentenceReader(first, kind, item, scope)
+        if isinstance(item, s.Block):
+            reader.reject_form()
+        _refuse_reserved_words(item, scope)
+        said = reader.get(JoinedWords)
+        return said.first, said.second
+
+    return read
 
 
 def _refuse_reserved_words(item: s.Assign | s.Sentence, scope: Scope) -> None:
@@ -65,12 +74,16 @@ def _refuse_reserved_words(item: s.Assign | s.Sentence, scope: Scope) -> None:
 ENTRIES = by_name(
     written(
         "springs", "the sets or bodies that are joined", *_JOINED.forms,
-        reads=_read_ends,
+        reads=_ends_of("springs", _JOINED),
+    ),
+    written(
+        "glue", "the set or body whose nodes follow, and that which they are glued to",
+        *_GLUED.forms, reads=_ends_of("glue", _GLUED),
     ),
     tissue_entry("the tissue of the springs"),
     RUPTURE,
     entry(
-        "reach", Real(units.LENGTH, above=0.0), "maximum distance of joined nodes as drawn"
+        "reach", Real(units.LENGTH, above=0.0), "maximum distance of what is joined as drawn"
     ),
     entry(
         "pairs", OneOf(PAIRS),
@@ -79,13 +92,13 @@ ENTRIES = by_name(
     SECTION,
 )  # fmt: skip
 declare(
-    "joint", "Springs that join bodies.", 23,
+    "joint", "Springs or glue that join bodies.", 23,
     block=block(ENTRIES), read=lambda program, declared: read_joint(program, declared),
     names=SCENE, entries_vary=True,
 )  # fmt: skip
 
 
-def read_joint(program: ResolvedProgram, declared: Declared) -> Joint:
+def read_joint(program: ResolvedProgram, declared: Declared) -> Joint | Glue:
     """Return a joint from its block, or reject it if anything of it is wrong."""
     name, item, scope = declared.name, declared.item, program.constants
     assert isinstance(item, s.Block)
@@ -93,9 +106,14 @@ def read_joint(program: ResolvedProgram, declared: Declared) -> Joint:
     entries = reading_tissues(ENTRIES, program.tissues, program.declarations)
     with findings.together():  # what is missing may be what was misspelt
         found, places = schema.read(entries, item.items, scope, what="a joint")
+    if "glue" in found:
+        for key in filter(found.__contains__, OF_SPRINGS):
+            message = f'glue has no "{key}": it is as firm as what it joins'
+            findings.reject("TIS304", message, places[key], hint=f'remove "{key}"')
+        return Glue(name.text, found["glue"], found.get("reach"), item.head)
     example = f"tissue is {next(iter(program.tissues), 'silk')}"
     hints = {
-        "springs": f"for example: {ENTRIES['springs'].example}",
+        "springs": f"for example: {ENTRIES['springs'].example}; or glue from FACE to BODY",
         "tissue": schema.missing(example, item.head),
     }
     with findings.together():

@@ -120,7 +120,7 @@ class StaticInterval(Struct, frozen=True):
         if state.network.relaxes:
             message = f"{text}: what relaxes or yields cannot settle over an interval"
             raise ActionFailed(message, None, self.span)
-        state.velocity[~state.held] = 0.0
+        state.velocity[state.free] = 0.0
         stop = state.time + self.duration
         state.still_until = max(state.still_until, stop)
         queue.add(stop, EndStaticInterval(stop, self.span))

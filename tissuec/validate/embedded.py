@@ -1,0 +1,70 @@
+"""Embedded nodes of the reference: places P x, forces Pᵀ F, matrices Tᵀ K T.
+
+P has the row of the identity for each node that is not embedded, and the weights of its hosts
+for each that is; T is the part of P from free nodes to nodes that move with these.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+if TYPE_CHECKING:
+    from tissuec.forces.acting.embedding import EmbeddedNodes
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class EmbeddedPoints:
+    """Which nodes are embedded, and in which.
+
+    Args:
+        fields: One, read for nodes, hosts and weights, or none.
+        count: Number of all nodes.
+        held: Which nodes are held or follow a path, shape (node,).
+
+    Attributes:
+        nodes: The embedded nodes, ascending, shape (n,).
+        free: The nodes that are neither held nor embedded, ascending, shape (free,).
+        moving: These and, behind them, embedded ones, shape (moving,).
+    """
+
+    def __init__(self, fields: "Sequence[EmbeddedNodes]", count: int, held: NDArray[np.bool_]):
+        self.nodes = np.concatenate([np.zeros(0, dtype=np.int64), *(f.nodes for f in fields)])
+        is_free = ~held
+        is_free[self.nodes] = False
+        self.free = np.flatnonzero(is_free)
+        self.moving = np.concatenate([self.free, self.nodes])
+        if not len(self.nodes):
+            return
+        (field,) = fields
+        rows = np.repeat(self.nodes, np.diff(field.first))
+        stays = np.setdiff1d(np.arange(count), self.nodes)
+        entries = np.concatenate([np.ones(len(stays)), field.weights])
+        at = np.concatenate([stays, rows]), np.concatenate([stays, field.hosts])
+        self._whole = sparse.csr_matrix((entries, at), shape=(count, count))
+        self._reduction = sparse.csr_matrix(
+            sparse.kron(self._whole[self.moving][:, self.free], sparse.identity(3))
+        )
+
+    def follow(self, vectors: Floats) -> None:
+        """Set vectors of embedded nodes, in any unit, shape (node, 3); changed in place."""
+        if len(self.nodes):
+            vectors[self.nodes] = self._whole[self.nodes] @ vectors
+
+    def shared(self, values: Floats) -> Floats:
+        """Return what adds up, with that of embedded nodes on their hosts, shape of values."""
+        return self._whole.T @ values if len(self.nodes) else values
+
+    def reduced(self, matrix: Any) -> Any:
+        """Return the matrix of free nodes of one of moving nodes, in any unit."""
+        return self._reduction.T @ matrix @ self._reduction if len(self.nodes) else matrix
+
+    def spread(self, matrix: Any) -> Any:
+        """Return the columns of free nodes of a matrix with columns of all nodes."""
+        if len(self.nodes):
+            matrix = matrix @ self._whole
+        return matrix[:, self.free]
