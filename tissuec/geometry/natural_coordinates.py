@@ -38,7 +38,7 @@ class ElementPlaces(NamedTuple):
 
 
 def functions(shape: str, xi: Floats) -> NodeFunctions:
-    """Return the functions of the nodes of an element; see ``geometry.elements``.
+    """Return the dimensionless functions of the nodes of an element.
 
     Args:
         shape: Name of the shape of the element.

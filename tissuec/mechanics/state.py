@@ -215,7 +215,7 @@ class State(Struct, eq=False):
 
     @property
     def divisor(self) -> Floats:
-        """Return ``inertia``, but 1 kg for embedded nodes, shape (node,)."""
+        """Return ``inertia``, but 1 for embedded nodes [kg], shape (node,)."""
         inertia = self.inertia
         if self.embedding is not None:
             inertia[self.embedding.nodes] = 1.0

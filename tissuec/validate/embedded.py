@@ -56,7 +56,11 @@ class EmbeddedPoints:
             vectors[self.nodes] = self._whole[self.nodes] @ vectors
 
     def shared(self, values: Floats) -> Floats:
-        """Return what adds up, with that of embedded nodes on their hosts, shape of values."""
+        """Return what adds up, in any unit, with that of embedded nodes on their hosts.
+
+        Args:
+            values: Of all nodes, shape (node, …), as that of the result.
+        """
         return self._whole.T @ values if len(self.nodes) else values
 
     def reduced(self, matrix: Any) -> Any:

@@ -5,7 +5,7 @@ from tissuec.core.units import TIME, show
 from tissuec.model.network import Network
 from tissuec.scene.model import Scene
 from tissuec.scene.reading.findings import Findings
-from tissuec.script.plan import Plan
+from tissuec.script.plan import RELAXATION, Plan
 from tissuec.script.verbs.settle import StaticInterval
 
 
@@ -15,6 +15,10 @@ def refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
     if scene.simulation.is_static and network.relaxes:
         said = f"{name} does not support {_relaxing(network)}: it ignores time"
         hint = "write integrator is automatic, or the name of another method such as dop853"
+        findings.add("TIS306", said, scene.simulation.span, hint=hint)
+    if name == RELAXATION and scene.glues:
+        said = f"{name} moves nodes by the springs at them, which glued nodes do not have alone"
+        hint = "write integrator is equilibrium"
         findings.add("TIS306", said, scene.simulation.span, hint=hint)
 
 
