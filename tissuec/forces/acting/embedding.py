@@ -175,8 +175,3 @@ class EmbeddedNodes(Field, frozen=True):
         )
         spread = coo_matrix((each, at), shape=(count + int(riding.sum()), count))
         return number, kron(spread, identity(3), format="csr")
-
-    @property
-    def derivatives(self) -> str:
-        """Return why there are no exact derivatives for learning."""
-        return "have no exact derivatives"
