@@ -354,7 +354,10 @@ def frame_field_table() -> str:
 
 def statistics_table() -> str:
     """Return the table of the fields of which there are statistics."""
-    whose = {"node": "nodes", "spring": "springs", "triangle": "triangles", "cell": "cells"}
+    whose = {
+        "node": "nodes", "spring": "springs", "triangle": "triangles", "cell": "cells",
+        "element": "elements",
+    }  # fmt: skip
     rows = [
         (
             code(name),

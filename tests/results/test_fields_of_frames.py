@@ -342,8 +342,9 @@ def test_every_member_has_numbers_of_all_that_it_is_about(name):
         "node": network.node_count, "spring": network.spring_count,
         "triangle": len(network.skin),
         "cell": sum(one.item_count for one in state.enclosures.values()),
+        "element": sum(one.item_count for one in state.of_kind("elements")),
     }[field.at]  # fmt: skip
-    row = (3,) if field.width == 3 else ()
+    row = (field.width,) if field.width > 1 else ()
     batch = replace(
         snapshot,
         time=np.zeros(2),
@@ -356,7 +357,7 @@ def test_every_member_has_numbers_of_all_that_it_is_about(name):
         assert np.isfinite(found).all()
     assert field.text[0].islower()
     assert not field.text.endswith(".")
-    assert field.width == 1 or field.at == "node"
+    assert {1: True, 3: field.at == "node", 6: field.at == "element"}[field.width]
     stored = [FieldChannel.of(other).stored for other in FIELDS]
     assert stored.count(FieldChannel.of(name).stored) == 1
 

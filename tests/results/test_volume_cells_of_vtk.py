@@ -17,6 +17,7 @@ from tissuec.results.shapes import write_vtu
 pyvista = pytest.importorskip("pyvista")
 
 GEL = "tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }\n"
+RECORDED = "trajectory with [stress tensor, strain tensor] every 2 ms"
 BLOCK = """language 1
 {gel}
 body block {{ mesh is {mesh}; tissue is gel; {made} }}
@@ -299,3 +300,33 @@ def test_files_that_are_no_deformed_shape_are_refused(runs, tmp_path):
     assert refusal(still.path.read_bytes()) == (
         "it contains no frame, because its scene records no trajectory"
     )
+
+
+def test_recorded_tensors_are_those_of_blocks(tmp_path):
+    """The result and its blocks have them at cells, also once some elements are gone."""
+    cut = "at 5 ms: cut block along plane through (4.1, 4, 4) mm facing (1, 0, 0)"
+    text = scene(HEXAHEDRON, cut)
+    plain = tissuec.run(text, out=tmp_path / "plain.vtkhdf", companion="off")
+    text = text.replace("trajectory every 2 ms", RECORDED)
+    result = tissuec.run(text, out=tmp_path / "a.vtkhdf", companion="off")
+    assert result.fields["stress tensor"].shape == (len(result.times), 8, 6)
+    reader = opened(plain.path.with_name("plain.blocks.vtkhdf"))
+    other = opened(result.path.with_name("a.blocks.vtkhdf"))
+    for number in range(len(result.times)):
+        grid = frame(result.path, number)
+        solid = grid.celltypes == HEXAHEDRON
+        for one in (reader, other):
+            one.SetStep(number)
+            one.Update()
+        block, recorded = (
+            pyvista.wrap(one.GetOutputDataObject(0).GetBlock(0)) for one in (reader, other)
+        )
+        for name in ("stress", "strain"):
+            expected = block.cell_data[name]
+            least = 1e-12 * max(1e-9, np.abs(expected).max())
+            for found in (grid.cell_data[name][solid], recorded.cell_data[name]):
+                np.testing.assert_allclose(found, expected, rtol=0.0, atol=least)
+        gone = np.isnan(result.fields["stress tensor"][number]).any(axis=1)
+        assert (~gone).sum() == solid.sum()
+    assert gone.any()
+    assert np.abs(expected).max() > 1e-3

@@ -101,8 +101,9 @@ def _arrays(trajectory: Trajectory) -> dict[str, tuple[OverFrames, tuple[str, ..
     """Return arrays over frames by name, with axes behind that of time and texts."""
     found: dict[str, tuple[OverFrames, tuple[str, ...], str]] = {}
     for channel in (*MOTION, *trajectory.channels):
-        axes = (channel.at, "axis") if channel.width > 1 else (channel.at,)
-        gone = channel.at in ("spring", "triangle")
+        of_row = {1: (), 3: ("axis",), 6: ("component",)}[channel.width]
+        axes = (channel.at, *of_row)
+        gone = channel.at in ("spring", "triangle", "element")
         text = f"{channel.text}; NaN after a {channel.at} is gone" if gone else channel.text
         found[channel.key] = trajectory.frames_of(channel), axes, text
     return found

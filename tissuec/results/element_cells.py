@@ -78,6 +78,22 @@ class ElementCells(Struct, frozen=True, eq=False):
         rows = np.repeat(first, own) + counted_up(own)
         return type(self)(self.types[items], self.nodes[rows], self.entities[items])
 
+    def at_nodes(self, values: NDArray[Any], items: Indices, nodes: int) -> NDArray[Any]:
+        """Return the mean at each node of the elements around it, NaN without any.
+
+        Args:
+            values: Of some elements in any unit, shape (n,).
+            items: Which these are, ascending, shape (n,).
+            nodes: How many nodes there are.
+
+        Returns:
+            In the unit of ``values``, shape (node,).
+        """
+        own = self.some(items)
+        total = np.bincount(own.nodes, np.repeat(values, own.sizes), nodes)
+        count = np.bincount(own.nodes, minlength=nodes)
+        return np.divide(total, count, out=np.full(nodes, np.nan), where=count > 0)
+
     def by_shape(self) -> list[tuple[int, Indices, NDArray[np.integer]]]:
         """Return VTK's number of each shape, its elements, and their nodes (element, node)."""
         first, found = ends_of(self.sizes), list[tuple[int, Indices, Any]]()

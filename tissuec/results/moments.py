@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.model.network import Floats, Indices
-from tissuec.results.fields import FieldChannel
+from tissuec.results.fields import FieldChannel, magnitudes
 from tissuec.results.frame_columns import Numbers
 from tissuec.results.mesh import Cells
 from tissuec.results.volume_cells import mean_at
@@ -113,11 +113,15 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
             frames, sides = self._arrays(channel.name)
             frame, side = int(self.frames[row]), int(self.sides[row])
             found = np.asarray(sides[side] if frame < 0 else frames[frame], dtype=float)[:nodes]
-            return np.linalg.norm(found, axis=1) if channel.width > 1 else found
+            return magnitudes(found) if channel.width > 1 else found
         numbers, items = self.shown(channel, row)
         if channel.at == "cell":
             assert trajectory.volume_cells is not None
             return trajectory.volume_cells.at_nodes(numbers, trajectory.nodes)
+        if channel.at == "element":
+            return trajectory.mesh.solids.at_nodes(
+                magnitudes(numbers) if channel.width > 1 else numbers, items, nodes
+            )
         corners = trajectory.ends if channel.at == "spring" else trajectory.triangles
         return mean_at(corners[items], numbers, nodes)
 
@@ -142,9 +146,9 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         there = np.arange(len(every))
         if channel.at == "spring":
             there = np.flatnonzero(trajectory.sides.alive(side)[trajectory.springs])
-        elif channel.at == "triangle":
-            mesh = trajectory.mesh
-            there = mesh.cells(trajectory.sides.alive(side)).faces
+        elif channel.at in ("triangle", "element"):
+            cells = trajectory.mesh.cells(trajectory.sides.alive(side))
+            there = cells.faces if channel.at == "triangle" else cells.elements
         return every[there], there
 
     @cached_property

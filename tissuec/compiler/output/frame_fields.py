@@ -1,21 +1,23 @@
 """Fields that a trajectory records: ``trajectory with [pressure, …] every 10 ms``."""
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.engine.execution.field_samples import preserved_bodies
 from tissuec.lang import syntax as s
-from tissuec.model.network import Network
+from tissuec.model.network import BodyPart, Network
 from tissuec.results.fields import FIELDS, Place
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.plan import Plan
 
 _WHAT: dict[Place, str] = {
     "node": "node", "spring": "spring", "triangle": "triangle of a skin",
-    "cell": "cell of a preserved volume",
+    "cell": "cell of a preserved volume", "element": "element of a solid that is shown whole",
 }  # fmt: skip
 
 #: Why a field is always 0, by what it needs.
@@ -58,6 +60,11 @@ def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]
     return found
 
 
+def _is_shown_whole(shown: NDArray[np.bool_], body: BodyPart) -> bool:
+    """Return whether frames show all of a solid of elements; the nodes shown, (node,)."""
+    return body.is_solid and body.is_made_of_elements and bool(shown[body.nodes].all())
+
+
 def check_fields(
     asked: Mapping[str, Span],
     network: Network,
@@ -82,6 +89,7 @@ def check_fields(
         "spring": bool((shown[network.springs.ends].all(axis=1) & network.shown_springs).any()),
         "triangle": bool(shown[network.skin].all(axis=1).any()),
         "cell": bool(preserved_bodies(network, plan)),
+        "element": any(map(partial(_is_shown_whole, shown), network.bodies)),
     }
     elements = np.zeros_like(shown)
     for field in network.elements:

@@ -16,7 +16,7 @@ from tissuec.core.names import key_of
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension, si_unit
 from tissuec.forces.acting import FORCES, ForceOutput
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Indices
 from tissuec.script.measures import Subject
 from tissuec.script.measures.snapshot import Snapshot
 
@@ -35,7 +35,7 @@ class FrameField:
         at: What has a number, or a vector.
         dimension: Of the numbers.
         text: What they are, such as "tension of each spring".
-        width: 1, or 3 of vectors at nodes.
+        width: 1, 3 of vectors at nodes, or 6 of tensors: xx, yy, zz, xy, yz, xz.
         signed: Whether numbers below 0 have a meaning of their own; colours then part at 0.
         always: Whether each trajectory contains it; a scene asks for the others.
         stored: Name of its array in files; its own name if empty.
@@ -48,7 +48,7 @@ class FrameField:
     at: ClassVar[Place]
     dimension: ClassVar[Dimension]
     text: ClassVar[str]
-    width: ClassVar[Literal[1, 3]] = 1
+    width: ClassVar[Literal[1, 3, 6]] = 1
     signed: ClassVar[bool] = False
     always: ClassVar[bool] = False
     stored: ClassVar[str] = ""
@@ -63,8 +63,8 @@ class FrameField:
 
         Returns:
             Numbers of shape (…, node), (…, node, 3), (…, spring), (…, triangle of the skin of
-            the network), or (…, cell) of the volumes that are preserved then, see
-            ``over_cells``.
+            the network), (…, cell) of the volumes that are preserved then, see
+            ``over_cells``, or (…, element) of all solid elements, block after block.
         """
         raise NotImplementedError
 
@@ -72,15 +72,16 @@ class FrameField:
     def of(cls, subject: Subject, snapshot: Snapshot) -> tuple[Floats, Floats]:
         """Return the numbers of a subject, and by how much each of them counts.
 
-        Triangles and cells belong to it if all of their nodes do. Of vectors, it is the length.
+        Triangles, cells and elements belong to it if all of their nodes do. Of vectors and
+        tensors, it is the magnitude.
 
         Returns:
-            In the SI unit, shape (…, n), and shape (n,): the drawn volumes of cells [m³]; all
-            others count alike.
+            In the SI unit, shape (…, n), and shape (n,): the drawn volumes of cells and
+            elements [m³]; all others count alike.
         """
         state, numbers = snapshot.state, cls.sample(snapshot)
         if cls.width > 1:
-            numbers = np.linalg.norm(numbers, axis=-1)
+            numbers = magnitudes(numbers)
         nodes = snapshot.nodes(subject)
         if cls.at == "node":
             return numbers[..., nodes], np.ones(len(nodes))
@@ -93,6 +94,13 @@ class FrameField:
         if cls.at == "triangle":
             own = inside[state.network.skin].all(axis=1)
             return numbers[..., own], np.ones(int(own.sum()))
+        if cls.at == "element":
+            every = state.of_kind("elements")
+            own = [inside[each.nodes].all(axis=1) for each in every]
+            chosen = np.concatenate([np.zeros(0, dtype=bool), *own])
+            chosen[[*lost_elements(snapshot)]] = False
+            volume = np.concatenate([np.zeros(0), *(each.volume for each in every)])
+            return numbers[..., chosen], volume[chosen]
         cells = [each for each in state.enclosures.values() if each.item_count]
         own = [
             np.logical_and.reduceat(inside[c.corners].all(axis=1), c.first[:-1]) for c in cells
@@ -100,6 +108,21 @@ class FrameField:
         chosen = np.concatenate([np.zeros(0, dtype=bool), *own])
         volume = np.concatenate([np.zeros(0), *(each.drawn for each in cells)])
         return numbers[..., chosen], volume[chosen]
+
+
+def lost_elements(snapshot: Snapshot) -> Indices:
+    """Return the solid elements that are gone, by their numbers among all, shape (n,)."""
+    first, found = 0, [np.zeros(0, dtype=np.int64)]
+    for each in snapshot.state.of_kind("elements"):
+        found.append(each.lost_items(snapshot.state.alive) + first)
+        first += each.item_count
+    return np.concatenate(found)
+
+
+def magnitudes(numbers: Floats) -> Floats:
+    """Return the magnitudes of vectors (…, 3) or symmetric tensors (…, 6), in their unit."""
+    twice = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])[: numbers.shape[-1]]
+    return np.sqrt(numbers**2 @ twice)
 
 
 class FrameFields(Family[type[FrameField]]):
@@ -179,7 +202,7 @@ class FieldChannel(Struct, frozen=True):
         name: Of the member.
         at: What has a number, or a vector.
         unit: SI unit; "" without one.
-        width: 1, or 3 of vectors at nodes.
+        width: 1, 3 of vectors at nodes, or 6 of tensors.
         text: What the numbers are.
         stored: Name of the arrays at nodes and cells of files.
         signed: Whether numbers below 0 have a meaning of their own.
