@@ -115,7 +115,10 @@ class PointField(ElementField, frozen=True, dict=True):
     @property
     @abstractmethod
     def shares(self) -> Floats:
-        """Return the drawn volumes of points that nodes have [m³], (element, point, node)."""
+        """Return the drawn volumes of points that nodes have [m³].
+
+        The shape is (element, point, node).
+        """
 
     @abstractmethod
     def stresses(self, position: Floats) -> Floats:
@@ -398,7 +401,11 @@ class PointField(ElementField, frozen=True, dict=True):
         return self._renumbered(np.isin(self.nodes, nodes).any(axis=1))
 
     def inside(self, nodes: Indices) -> tuple[Self, Indices]:
-        """Return the elements all of whose nodes are among some; see ``around``."""
+        """Return the elements all of whose nodes are among some; see ``around``.
+
+        Args:
+            nodes: Indices, shape (n,).
+        """
         return self._renumbered(np.isin(self.nodes, nodes).all(axis=1))
 
     def _renumbered(self, chosen: NDArray[np.bool_]) -> tuple[Self, Indices]:

@@ -305,7 +305,7 @@ class State(Struct, eq=False):
         """Remove springs, and the elements whose edges they are.
 
         Args:
-            springs: Shape (n,).
+            springs: Indices, shape (n,).
         """
         self.alive = without(self.network, self.alive, springs)
 

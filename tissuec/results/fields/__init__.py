@@ -120,7 +120,10 @@ def lost_elements(snapshot: Snapshot) -> Indices:
 
 
 def magnitudes(numbers: Floats) -> Floats:
-    """Return the magnitudes of vectors (…, 3) or symmetric tensors (…, 6), in their unit."""
+    """Return the magnitudes of vectors, shape (…, 3), or of symmetric tensors, (…, 6).
+
+    They have the unit of the numbers and the shape (…).
+    """
     twice = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])[: numbers.shape[-1]]
     return np.sqrt(numbers**2 @ twice)
 

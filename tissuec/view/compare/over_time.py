@@ -271,7 +271,7 @@ def compare_events(a: Side, b: Side, springs: MatchedIndices) -> EventComparison
 
     Args:
         a, b: The runs.
-        springs: Their matched springs.
+        springs: As ``match_springs`` returns them.
     """
     springs = match_entities(a, b, springs)
     left_a = _entries(a, springs.number(a.network.entity_count, "a"), odd=True)
