@@ -47,7 +47,7 @@ class Kernel:
         slot = layout.solver().slot
         self.nodes = np.flatnonzero(slot >= 0)[np.argsort(slot[slot >= 0])]
         self._origin = layout.inwards(state.network.position)
-        still = np.where((layout.held & ~layout.moved)[:, None], 0.0, state.velocity)
+        still = np.where((~layout.free & ~layout.moved)[:, None], 0.0, state.velocity)
         self._x, self._v = layout.inwards(state.position), layout.inwards(still)
         needed = replace(layout.features, watched=False, crushed=False, ledger=False)
         called = operations(frozenset(OPERATIONS), needed)

@@ -200,7 +200,7 @@ def test_stress_of_elements_is_in_blocks(tmp_path):
     field, _ = elements(text)
     total, volume = field.node_stress(result.position[-1])
     with h5py.File(tmp_path / "bar.blocks.vtkhdf") as file:
-        stress = file["VTKHDF/bar_skin/PointData/stress"][-len(total) :]
+        stress = file["VTKHDF/bar_solid/PointData/stress"][-len(total) :]
     np.testing.assert_allclose(
         stress, six(total / volume[:, None, None]), atol=1e-5 * np.abs(stress).max()
     )  # the file is in single precision

@@ -10,6 +10,7 @@ FOLDER = Path(tissuec.validate.__file__).parent
 FORBIDDEN = ("engine", "kernels", "mechanics")
 SOLVER = (
     "contact_search",
+    "embedded",
     "equations",
     "field_matrices",
     "forces",

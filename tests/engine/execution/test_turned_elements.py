@@ -68,7 +68,7 @@ def test_nothing_is_turned_before_nodes_have_moved_by_the_margin():
     scene, x = twisted(np.radians(60.0))
     (body,) = WATCHES[TURNED].of(scene.network, scene.plan)._bodies
     (part,) = body._tests
-    alive = np.ones(len(scene.network.springs.ends), dtype=bool)
+    alive = scene.network.present
     which, margin = part.found(x, alive)
     assert not len(which)
     # An edge of 5 mm, of 30 degrees that are left: 2.5 mm sin 15°. Nothing else turns.

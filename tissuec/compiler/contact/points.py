@@ -632,7 +632,7 @@ def stiffness_of(
     if (written := environment.contact.contact_surface_stiffness) is not None:
         return written * points.extent * np.where(axis | threaded, points.size, 1.0)
     touched = [network.bodies[int(n)] for n in points.bodies]
-    nets = [body for body in touched if not body.elements]
+    nets = [body for body in touched if not body.is_made_of_elements]
     if nets:
         example = f"contact surface stiffness = {show(1e6, AREAL_STIFFNESS)}"
         findings.reject(

@@ -207,9 +207,9 @@ class _MeasureReader:
             form = form_over_time(call.function.key)
             message = f"wrong form of {call.function.key}"
             self.findings.reject("TIS702", message, call.span, hint=f"the form is {form}")
+        both = [self._quantities.read(one.value) for one in call.arguments]
         for clause in (clause for one in call.arguments for clause in one.clauses):
             self.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
-        both = [self._quantities.read(one.value) for one in call.arguments]
         quantity = both[0] if count == 1 else ObservedPair(*both)
         if any(reading.time is not None for reading in quantity.readings.values()):
             message = "a measure over time cannot name a time"

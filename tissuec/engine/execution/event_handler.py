@@ -197,11 +197,11 @@ class EventHandler:
             springs = springs[springs != knot.hold]
             self._log(slipped(name, knot))
         motion = state.position, state.velocity
-        edges = state.break_entities(springs)
-        self.run_state.ruptured[springs] = self.run_state.ruptured[edges] = True
         is_element = springs >= self.network.spring_count
-        springs, elements = springs[~is_element], springs[is_element]
+        broken, springs, elements = springs, springs[~is_element], springs[is_element]
         is_pressed = observables.tension(state, *motion, springs) < 0.0
+        edges = state.break_entities(broken)
+        self.run_state.ruptured[broken] = self.run_state.ruptured[edges] = True
         self._log_broken("rupture", springs[~is_pressed])
         self._log_broken("crush", springs[is_pressed])
         for event in broken_elements(self.network, motion[0], elements, edges):

@@ -113,7 +113,7 @@ def read_joint(program: ResolvedProgram, declared: Declared) -> Joint | Glue:
         return Glue(name.text, found["glue"], found.get("reach"), item.head)
     example = f"tissue is {next(iter(program.tissues), 'silk')}"
     hints = {
-        "springs": f"for example: {ENTRIES['springs'].example}; or glue from FACE to BODY",
+        "springs": f"for example: {ENTRIES['springs'].example} or: glue from FACE to BODY",
         "tissue": schema.missing(example, item.head),
     }
     with findings.together():

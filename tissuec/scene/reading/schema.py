@@ -145,11 +145,7 @@ def find_entry(
 
 
 def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
-    """Return the value of one entry in SI units, or reject the item.
-
-    Raises:
-        TypeError: The entry has a form of its own, which its block reads.
-    """
+    """Return the value of one entry in SI units, or reject the item."""
     if entry.reads is not None:
         return entry.reads(item, scope)
     match entry.kind:
@@ -167,7 +163,7 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
             _no_clauses(item, scope)
             return item.name.quoted
         case Written():
-            raise TypeError(f"{entry.name} has a form of its own")
+            _wrong_form(entry, item, scope)
         case kind:
             if not isinstance(item, s.Assign):
                 _wrong_form(entry, item, scope)
