@@ -268,7 +268,7 @@ class OutputReader(BlockItems):
                 "TIS312", f"{key} has no parentheses", item.call.span, hint=hint
             )
         if key not in {*MEASURES, *STATISTICS, COUNT}:
-            hint = alternatives(key, MEASURES, what="measures")
+            hint = alternatives(key, (*STATISTICS, *MEASURES), what="measures")
             message = f'"{item.name.text}" is not a measure'
             self.findings.reject("TIS701", message, item.name.span, hint=hint)
         match arguments:
