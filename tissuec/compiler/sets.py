@@ -195,6 +195,16 @@ class Groups:
             )
         return self._find(name).group
 
+    def both(self, names: tuple[s.Name, s.Name]) -> tuple[Group, Group]:
+        """Return the nodes of the sets or bodies on both sides; mistakes in both are found."""
+        sides: list[Group] = []
+        with self.findings.together():
+            for name in names:
+                with self.findings.item():
+                    sides.append(self.nodes(name))
+        first, second = sides
+        return first, second
+
     def _says_springs(self, name: s.Name) -> bool:
         """Return whether a name is declared as springs of something, without choosing them."""
         return name.key in self.declared and isinstance(self._read(name.key), ChosenSprings)

@@ -289,7 +289,7 @@ def _ascending(numbers: NDArray[np.integer], count: int, what: str) -> NDArray[n
 def mesh_of(
     network: Network, recording: Recording, solids: ElementCells | None = None
 ) -> RecordedMesh:
-    """Return what the frames of a recording show of a network; see ``RecordedMesh.of``."""
+    """Return the part of a network in the frames of a recording; see ``RecordedMesh.of``."""
     with_skin = any(channel.at == "triangle" for channel in recording.fields)
     return RecordedMesh.of(
         network, recording.nodes, recording.springs, solids, with_skin=with_skin

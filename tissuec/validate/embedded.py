@@ -56,10 +56,10 @@ class EmbeddedPoints:
             vectors[self.nodes] = self._whole[self.nodes] @ vectors
 
     def shared(self, values: Floats) -> Floats:
-        """Return what adds up, in any unit, with that of embedded nodes on their hosts.
+        """Return quantities that add up, with those of embedded nodes shared among their hosts.
 
         Args:
-            values: Of all nodes, shape (node, …), as that of the result.
+            values: Of all nodes in any unit, shape (node, …), as that of the result.
         """
         return self._whole.T @ values if len(self.nodes) else values
 

@@ -138,12 +138,7 @@ def _glued(
 ) -> "tuple[Indices, csr_matrix]":
     """Return the nodes that a glue embeds, and their weights, shape (node, node)."""
     where = glue.ends[0].span.to(glue.ends[1].span)
-    with findings.together():
-        sides: list[Group] = []
-        for name in glue.ends:
-            with findings.item():
-                sides.append(groups.nodes(name))
-    first, second = sides
+    first, second = groups.both(glue.ends)
     hosts = _hosts(network, second.indices, whole=glue.ends[1].key in groups.bodies)
     if not hosts:
         findings.reject(
@@ -188,7 +183,7 @@ class NodeWeights(NamedTuple):
 
 
 def _hosts(network: Network, nodes: Indices, *, whole: bool) -> list[Hosts]:
-    """Return what nodes can be glued to: elements at some nodes, or else pieces of threads.
+    """Return the elements at some nodes, or else pieces of threads, as hosts.
 
     Args:
         nodes: Of a set or body, shape (n,).
@@ -301,7 +296,7 @@ def _nearest(points: Floats, corners: Floats) -> Floats:
 
 
 def _node(network: Network, node: int) -> str:
-    """Return what messages call a node."""
+    """Return the name of a node for messages."""
     body = network.body_at(node)
     return f"node {network.node_ids[node]} of {body.name}"
 

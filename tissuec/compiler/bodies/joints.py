@@ -24,7 +24,6 @@ from tissuec.model.network import Floats, Indices, Provenance
 from tissuec.model.springs import Springs
 from tissuec.scene.model import Body, Joint, Scene
 from tissuec.scene.reading.findings import Findings
-from tissuec.script.verbs import Group
 
 ALIKE = 1.0 + 1e-9
 """Distances in this ratio count as equal, lest rounding decides which node is the nearest."""
@@ -100,12 +99,7 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
 def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32]:
     """Return the nodes that a joint joins, shape (spring, 2)."""
     where = joint.ends[0].span.to(joint.ends[1].span)
-    with findings.together():
-        sides: list[Group] = []
-        for name in joint.ends:
-            with findings.item():
-                sides.append(groups.nodes(name))
-    first, second = sides
+    first, second = groups.both(joint.ends)
     if common := int(np.isin(first.indices, second.indices).sum()):
         findings.reject(
             "TIS309",

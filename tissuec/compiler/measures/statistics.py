@@ -59,7 +59,7 @@ class FieldStatistic(Struct, frozen=True):
 
     @property
     def title(self) -> str:
-        """Return what logs call it, before its subject."""
+        """Return its name in logs, which precedes that of its subject."""
         if self.statistic == PERCENTILE:
             return f"percentile {self._part} of {self.name}"
         return f"{self.statistic} {self.name}"
@@ -75,12 +75,12 @@ class FieldStatistic(Struct, frozen=True):
 
     @property
     def takes(self) -> str:
-        """Return what it can be taken of."""
+        """Return the kind of its subject, "springs" or "nodes"."""
         return "springs" if self.field.at == "spring" else "nodes"
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Return what its subject needs."""
+        """Return the requirements on its subject."""
         more = _OF_POINTS if self.field.of_points else _NEEDS.get(self.field.at, ())
         return (*self.field.needs, *more)
 

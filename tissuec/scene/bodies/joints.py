@@ -46,7 +46,7 @@ _JOINED = SentenceKind(
 
 
 def _ends_of(first: str, kind: SentenceKind) -> EndsReader:
-    """Return what reads the names of the sets or bodies on either side."""
+    """Return the reader of the names of the sets or bodies on either side."""
 
     def read(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> tuple[s.Name, s.Name]:
         reader = SentenceReader(first, kind, item, scope)
