@@ -223,7 +223,7 @@ class Session(LanguageServer):
     def _shown(self, one: Diagnostic, path: Path) -> lsp.Diagnostic:
         """Return a finding as the protocol has it."""
         extra = [f"hint: {one.hint}"] if one.hint else []
-        extra += (f"note: {note.message}" for note in one.notes if note.span is None)
+        extra += (f"note: {note.message}" for note in one.remarks if note.span is None)
         address = address_of(one.code)
         start, stop = (one.span.start, one.span.end) if one.span else (0, 0)
         return lsp.Diagnostic(
