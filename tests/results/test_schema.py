@@ -60,11 +60,11 @@ output {
 ELEMENTS = """language 1
 tissue gel {
   Young's modulus = 20 kPa; Poisson's ratio = 0.45; density = 1000 kg/m^3
-  retardation time = 5 ms; toughness = 30 J/m^2
+  retardation time = 5 ms; toughness = 30 J/m^2; fibre modulus = 40 kPa
 }
 body strip {
   mesh is lattice { cell = 4 mm; box from (0, 0, 0) mm to (8, 4, 8) mm }
-  tissue is gel; rupture is allowed
+  tissue is gel; rupture is allowed; fibres = (1, 0, 0); second fibres = (0, 1, 0)
 }
 set low = nodes of strip where z < 0.1 mm
 environment { gravity = (0, 0, 0) m/s^2 }

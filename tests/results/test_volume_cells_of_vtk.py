@@ -330,3 +330,66 @@ def test_recorded_tensors_are_those_of_blocks(tmp_path):
         assert (~gone).sum() == solid.sum()
     assert gone.any()
     assert np.abs(expected).max() > 1e-3
+
+
+LABELLED = """language 1
+{gel}
+tissue muscle like gel {{ fibre modulus = 30 kPa }}
+tissue scar like muscle {{ Young's modulus = 20 kPa; prestress = 5 % }}
+body other {{
+  mesh is lattice {{ cell = 4 mm; box from (20, 0, 0) mm to (24, 4, 8) mm }}; tissue is gel
+  region top where z > 4 mm {{ }}
+}}
+body block {{
+  mesh is {mesh}; tissue is gel; fibres = (3, 4, 0); second fibres = (0, 0, 1)
+  prestress along (1, 0, 0)
+  region left where x < 4.1 mm and y < 4.1 mm {{ tissue is muscle }}
+  region right where x > 4.1 mm {{ tissue is scar }}
+}}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{ at 1 ms: cut block along plane through (6, 4, 2) mm facing (0, 0, 1) }}
+simulate {{ duration = 2 ms }}
+output {{ trajectory every 1 ms; blocks }}
+"""
+
+
+def test_cells_have_regions_tissues_and_fibres(tmp_path):
+    """In results, blocks, exported frames and PyVista, also once elements are gone."""
+    path = saved(tmp_path, "labels", LABELLED.format(gel=GEL, mesh=LATTICE))
+    result = tissuec.run(path, out=tmp_path / "labels.vtkhdf", companion="off")
+    with h5py.File(result.path) as file:
+        kept = file["tissuec/network/solids"]
+        regions, tissues = (kept[f"{name}_names"].asstr()[:] for name in ("region", "tissue"))
+    write_vtu(frame_shape(result, -1), tmp_path / "last.vtu")
+    frames = {n: frame(result.path, n) for n in range(len(result.times))}
+    reader = opened(tmp_path / "labels.blocks.vtkhdf")
+    last = max(frames)
+    assert frames[last].n_cells < frames[0].n_cells == 10
+    for number, grid in [*frames.items(), (last, pyvista.read(tmp_path / "last.vtu"))]:
+        drawn = pyvista.UnstructuredGrid(
+            grid.cells, grid.celltypes, result.network.position[result.nodes]
+        )
+        x, y, z = drawn.cell_centers().points.T
+        left, right = (x < 4e-3) & (y < 4e-3), (x > 4e-3) & (x < 9e-3)
+        expected = np.select(
+            [left, right, (x > 9e-3) & (z > 4e-3)],
+            ["left of block", "right of block", "top of other"], "",
+        )  # fmt: skip
+        assert np.array_equal(regions[grid["region"]], expected)
+        made = np.select([left, right], ["muscle", "scar"], "gel")
+        assert np.array_equal(tissues[grid["tissue"]], made)
+        has = (left | right)[:, None]
+        for name, along in (("fibres", [0.6, 0.8, 0.0]), ("second_fibres", [0.0, 0.0, 1.0])):
+            np.testing.assert_allclose(grid[name], has * along, rtol=0.0, atol=1e-15)
+        reader.SetStep(number)
+        reader.Update()
+        blocks = pyvista.wrap(reader.GetOutputDataObject(0))
+        solids = [b for b in blocks if b is not None and b.n_cells and (b.celltypes > 5).all()]
+        assert len(solids) == 2
+        for name in ("region", "tissue", "fibres", "second_fibres"):
+            rows = np.concatenate([solid.cell_data[name] for solid in solids])
+            assert np.array_equal(rows, grid[name])
+    with h5py.File(tmp_path / "labels.blocks.vtkhdf") as file:
+        names = file["VTKHDF/block_solid/FieldData"]
+        assert names["region_names"].asstr()[:].tolist() == regions.tolist()
+        assert names["tissue_names"].asstr()[:].tolist() == tissues.tolist()

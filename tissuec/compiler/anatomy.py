@@ -24,12 +24,12 @@ from tissuec.script.verbs.preserve import Inflate, Preserve
 def anatomy_of(compiled: Compiled) -> Anatomy:
     """Return the tissues, regions and volumes of a scene that blocks files contain."""
     network, notes = compiled.network, list[str]()
-    names: dict[str, int] = {}
-    tissue = np.zeros(network.body_nodes, dtype=np.int64)
+    names, tissue = network.tissue_names, np.zeros(network.body_nodes, dtype=np.int64)
     matter: dict[str, BodyMatter] = {}
     for part in network.bodies:
         drawing = compiled.groups.bodies[key_of(part.name)].drawing
-        tissue[part.nodes] = _tissues(drawing, names)
+        own = [names.index(one) for _, one in part.regions]
+        tissue[part.nodes] = np.array(own)[drawing.part]
         found = _matter(compiled, part, drawing)
         if isinstance(found, BodyMatter):
             matter[part.name] = found
@@ -39,16 +39,7 @@ def anatomy_of(compiled: Compiled) -> Anatomy:
         if part.name in matter and any(len(one.hidden) for one in elements):
             notes.append(f"the stress of {part.name} is that after complete relaxation")
     tools = {tool.name: tool.kind for tool in compiled.scene.tools.values()}
-    return Anatomy(tuple(names), tissue, matter, tools, tuple(notes))
-
-
-def _tissues(drawing: Drawing, names: dict[str, int]) -> Indices:
-    """Return the number of the tissue of each node, and take up names that are new."""
-    body = drawing.body
-    made_of = [body.tissue, *(region.tissue or body.tissue for region in body.regions)]
-    of_part = ["" if tissue is None else tissue.name for tissue in made_of]
-    numbers = [names.setdefault(name, len(names)) for name in of_part]
-    return np.array(numbers)[drawing.part]
+    return Anatomy(names, tissue, matter, tools, tuple(notes))
 
 
 def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter | str:

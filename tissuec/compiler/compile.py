@@ -53,7 +53,7 @@ from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.recording import NamedGroup, members
 from tissuec.scene.environment import Environment
-from tissuec.scene.model import Scene, Tool
+from tissuec.scene.model import Body, Scene, Tool
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import Expectation, Plan, ScheduledAction, Simulation
@@ -389,7 +389,18 @@ def _body_part(
         elements=slice(*elements),
         is_wall=body.body.is_wall,
         is_solid=body.mesh.volume is not None,
+        regions=_regions(body.body),
+        element_region=body.element_region,
     )
+
+
+def _regions(body: Body) -> tuple[tuple[str, str], ...]:
+    """Return the regions of a body with their tissues, as ``BodyPart`` has them."""
+    parts = [
+        ("", body.tissue),
+        *((one.name, one.tissue or body.tissue) for one in body.regions),
+    ]
+    return tuple((name, "" if tissue is None else tissue.name) for name, tissue in parts)
 
 
 def _cells(

@@ -111,6 +111,9 @@ class BodyPart(Struct, frozen=True, eq=False):
             shape; where there are any, its springs are their edges, without any stiffness.
         is_wall: Whether these are triangles of a wall.
         is_solid: Whether its mesh fills a volume, whatever it is made of.
+        regions: Its regions with their tissues; "" comes first, for what is in none.
+        element_region: Which of them each element belongs to, shape (element,); None without
+            elements.
     """
 
     name: str
@@ -126,6 +129,8 @@ class BodyPart(Struct, frozen=True, eq=False):
     elements: slice = slice(0, 0)
     is_wall: bool = False
     is_solid: bool = False
+    regions: tuple[tuple[str, str], ...] = ()
+    element_region: Indices | None = None
 
     @property
     def element_count(self) -> int:
@@ -424,6 +429,17 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     def parts(self) -> tuple[BodyPart | JointPart, ...]:
         """Return all that springs belong to, in the order of their numbers."""
         return (*self.bodies, *self.joints)
+
+    @property
+    def region_names(self) -> tuple[str, ...]:
+        """Return the names of regions with their bodies; "" comes first, for none."""
+        named = (f"{name} of {b.name}" for b in self.bodies for name, _ in b.regions[1:])
+        return ("", *named)
+
+    @property
+    def tissue_names(self) -> tuple[str, ...]:
+        """Return the names of the tissues of bodies; "" stands for none."""
+        return tuple(dict.fromkeys(tissue for b in self.bodies for _, tissue in b.regions))
 
     def skin_of(self, body: BodyPart) -> Indices:
         """Return the triangles of the surface of a body, shape (triangle, 3)."""

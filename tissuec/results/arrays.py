@@ -6,6 +6,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from tissuec.core.source import Source, Span
@@ -56,7 +57,9 @@ def write_network(store: Store, network: Network) -> None:
     if network.skin_elements is not None:
         store.array(schema.SKIN_ELEMENTS[""], network.skin_elements)
     if len(solids := ElementCells.of(network)):
-        store.arrays(schema.SOLIDS, **{name: getattr(solids, name) for name in schema.SOLIDS})
+        store.arrays(schema.SOLIDS, **asdict(solids))
+        for name in ("region_names", "tissue_names"):
+            store.array(schema.SOLIDS[name], getattr(network, name))
     _write_threads(store, network)
     _write_tools(store, network)
     if network.joints:
@@ -129,7 +132,8 @@ def read_network(file: ResultGroup, source: Source) -> Network:
 
 def read_solids(file: ResultGroup) -> ElementCells:
     """Return the solid elements of the network in ``file``."""
-    found = Contents(file, schema.SOLIDS)
+    names = ElementCells.__struct_fields__
+    found = Contents(file, {name: schema.SOLIDS[name] for name in names})
     return ElementCells(**found.whole) if found else ElementCells.none()
 
 

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.geometry.elements import SHAPES
-from tissuec.model.network import Indices, Network
+from tissuec.model.network import Floats, Indices, Network
 
 VERTEX, LINE, TRIANGLE = 1, 3, 5
+FIBRES = ("fibres", "second_fibres")
 #: VTK's numbers of the shapes of elements (VTK file formats, table of cell types).
 TYPES = {"hexahedron": 12, "quadratic hexahedron": 29, "tetrahedron": 24, "wedge": 13}
 _SHAPES = {number: SHAPES[name] for name, number in TYPES.items()}
@@ -28,30 +29,53 @@ class ElementCells(Struct, frozen=True, eq=False):
         types: VTK's number of the shape of each, shape (element,).
         nodes: Of all elements, one after another, in the order of VTK, shape (row,).
         entities: Their numbers among the entities of the network, shape (element,).
+        region, tissue: Of each, as numbers among the names of the network, shape (element,).
+        fibres: Directions of families as drawn, shape (element, family, 3); 0 without fibres.
     """
 
     types: NDArray[np.uint8]
     nodes: NDArray[np.integer]
     entities: NDArray[np.integer]
+    region: NDArray[np.integer]
+    tissue: NDArray[np.integer]
+    fibres: Floats
 
     @classmethod
     def of(cls, network: Network) -> Self:
         """Return the elements of a compiled network, in the order of its blocks."""
-        types: list[NDArray[Any]] = [np.zeros(0, dtype=np.uint8)]
-        nodes: list[NDArray[Any]] = [np.zeros(0, dtype=np.int32)]
-        entities: list[NDArray[Any]] = [np.zeros(0, dtype=np.int32)]
-        for one in network.of_kind("elements"):
-            types.append(np.full(len(one.nodes), TYPES[one.shape.name], dtype=np.uint8))
-            nodes.append(one.nodes.reshape(-1).astype(np.int32))
-            entities.append(one.walls)
-        found = types, nodes, [each.astype(np.int32) for each in entities]
-        return cls(*map(np.concatenate, found))
+        every = network.of_kind("elements")
+        if not every:
+            return cls.none()
+        types = [np.full(len(one.nodes), TYPES[one.shape.name]) for one in every]
+        nodes = [one.nodes.reshape(-1) for one in every]
+        entities = np.concatenate([one.walls for one in every])
+        region, tissue = _regions(network, entities)
+        fibres = np.zeros((len(entities), max(one.drawn_fibres.shape[1] for one in every), 3))
+        first = 0
+        for one in every:
+            own = one.drawn_fibres
+            fibres[first : first + len(own), : own.shape[1]] = own
+            first += len(own)
+        return cls(
+            np.concatenate(types).astype(np.uint8),
+            np.concatenate(nodes).astype(np.int32),
+            entities.astype(np.int32), region, tissue, fibres,
+        )  # fmt: skip
 
     @classmethod
     def none(cls) -> Self:
         """Return no elements."""
         whole = np.zeros(0, dtype=np.int32)
-        return cls(np.zeros(0, dtype=np.uint8), whole, whole)
+        return cls(np.zeros(0, np.uint8), *[whole] * 4, np.zeros((0, 0, 3)))
+
+    @property
+    def labels(self) -> dict[str, NDArray[Any]]:
+        """Return regions, tissues and directions of fibres by the names that VTK shows.
+
+        They have no unit and the shape (element,), or (element, 3) of directions.
+        """
+        families = zip(FIBRES, self.fibres.swapaxes(0, 1), strict=False)
+        return {"region": self.region, "tissue": self.tissue, **dict(families)}
 
     def __len__(self) -> int:
         return len(self.types)
@@ -76,7 +100,10 @@ class ElementCells(Struct, frozen=True, eq=False):
         sizes = self.sizes
         first, own = ends_of(sizes)[items], sizes[items]
         rows = np.repeat(first, own) + counted_up(own)
-        return type(self)(self.types[items], self.nodes[rows], self.entities[items])
+        others = self.entities, self.region, self.tissue, self.fibres
+        return type(self)(
+            self.types[items], self.nodes[rows], *(each[items] for each in others)
+        )
 
     def at_nodes(self, values: NDArray[Any], items: Indices, nodes: int) -> NDArray[Any]:
         """Return the mean at each node of the elements around it, NaN without any.
@@ -102,3 +129,23 @@ class ElementCells(Struct, frozen=True, eq=False):
             rows = first[items][:, None] + np.arange(_SHAPES[number].nodes)
             found.append((number, items, self.nodes[rows]))
         return found
+
+
+def _regions(
+    network: Network, entities: Indices
+) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+    """Return the numbers of the regions and tissues of elements, shape (element,) each.
+
+    Args:
+        entities: Which elements, ascending within each body, shape (element,).
+    """
+    tissues, first = network.tissue_names, 0
+    region, tissue = np.zeros((2, len(entities)), dtype=np.int32)
+    for body in network.bodies:
+        if body.element_region is not None:
+            own = (entities >= body.elements.start) & (entities < body.elements.stop)
+            part = body.element_region[entities[own] - body.elements.start]
+            region[own] = np.where(part > 0, part + first, 0)
+            tissue[own] = np.array([tissues.index(name) for _, name in body.regions])[part]
+        first += len(body.regions) - 1
+    return region, tissue

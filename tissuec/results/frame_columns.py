@@ -61,7 +61,8 @@ class FrameColumns:
             for one in self.channels
             if one.at == "cell"
         }
-        begins = [("Point", "velocity"), ("Point", "node_id"), ("Cell", "spring_id")]
+        begins = [("Point", "velocity"), ("Point", "node_id")]
+        begins += [("Cell", name) for name in mesh.labels]
         begins += [("Point" if c.at in POINTS else "Cell", c.stored) for c in recording.fields]
         self.steps = steps_of(FRAMES) | {
             name: FRAMES[f"Steps/{at}DataOffsets/{{field}}"].of(field=name)

@@ -106,7 +106,7 @@ class GridFrames:
             **self.parts.offsets(frames),
             "PointOffsets": points,
             "node_id": same,
-            "spring_id": same + self.parts.first_cell,
+            **dict.fromkeys(self.mesh.labels, same + self.parts.first_cell),
             **{
                 one.stored: points
                 if one.at in POINTS
@@ -206,8 +206,10 @@ class Parts(CellTables):
     def __init__(self, store: Store, network: Network, mesh: RecordedMesh):
         size = len(mesh.springs) + len(mesh.solids)
         super().__init__(store, FRAMES, size)
-        self._store, self._mesh, self._ids = store, mesh, network.springs.ids
-        self._spring_id = store.column(_sized(FRAMES["CellData/spring_id"], size))
+        self._store, self._mesh = store, mesh
+        self._labels = {
+            name: store.column(_sized(FRAMES[f"CellData/{name}"], size)) for name in mesh.labels
+        }
         self._alive = store.column(PARTS["alive"].of(chunk=max(CHUNK, row_bytes(network))))
         self.drawn: DrawnMesh | None = None
         if self.count:
@@ -219,12 +221,10 @@ class Parts(CellTables):
         """Begin a part, unless the last one shows the same."""
         if self.drawn is not None and drawing.cells.same_as(self.drawn.cells):
             return
-        self.drawn, grid, mesh = drawing, drawing.grid, self._mesh
-        self.add(len(mesh.nodes), grid)
-        identities = np.full(len(grid), -1, dtype=np.int64)
-        identities[grid.rows["spring"]] = self._ids[mesh.springs[grid.items["spring"]]]
-        bits = np.packbits(drawing.alive)
-        self._store.append({self._spring_id: identities, self._alive: bits})
+        self.drawn = drawing
+        self.add(len(self._mesh.nodes), drawing.grid)
+        labels = {self._labels[name]: each for name, each in drawing.labels.items()}
+        self._store.append({**labels, self._alive: np.packbits(drawing.alive)})
 
 
 def _sized(dataset: DatasetSpec, cells: int) -> DatasetSpec:

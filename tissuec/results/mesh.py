@@ -7,12 +7,13 @@ place of their edges and of its skin: slices are filled, and integrals are those
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results.element_cells import (
@@ -108,6 +109,22 @@ class CellGrid(Struct, frozen=True, eq=False):
     def __len__(self) -> int:
         return len(self.types)
 
+    def over(self, at: Place, values: NDArray[Any]) -> NDArray[Any]:
+        """Return numbers at all cells, elsewhere 0, or -1 of integers.
+
+        Args:
+            at: What has the numbers.
+            values: Of all that the mesh has of it, in any unit, shape (item, …).
+
+        Returns:
+            In the same unit, shape (cell, …).
+        """
+        is_whole = np.issubdtype(values.dtype, np.integer)
+        none, kind = (-1, np.int64) if is_whole else (0.0, values.dtype)
+        found = np.full((len(self), *values.shape[1:]), none, dtype=kind)
+        found[self.rows[at]] = values[self.items[at]]
+        return found
+
     def of_type(self, kind: int, width: int) -> NDArray[np.integer]:
         """Return the points of the cells of a type, shape (cell, width)."""
         first = self.ends[:-1][self.types == kind]
@@ -131,6 +148,14 @@ class DrawnMesh(Struct, frozen=True, eq=False, dict=True):
     def grid(self) -> CellGrid:
         """The same as VTK has it."""
         return self.mesh.grid(self.cells)
+
+    @property
+    def labels(self) -> dict[str, NDArray[Any]]:
+        """Return numbers of cells that do not change with time and have no unit.
+
+        The shape is (cell,), or (cell, 3) of directions.
+        """
+        return {name: self.grid.over(at, each) for name, (at, each) in self.mesh.labels.items()}
 
 
 class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
@@ -208,10 +233,20 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         hidden[np.searchsorted(bodies, np.flatnonzero(row < 0), side="right")] = True
         elements = np.flatnonzero(~hidden[np.searchsorted(bodies, solids.firsts, side="right")])
         own = solids.some(elements)
-        own = ElementCells(own.types, row[own.nodes], own.entities)
+        own = replace(own, nodes=row[own.nodes])
         return cls(
             network, nodes, springs, lines, triangles, shown, own, elements, solids, with_skin
         )
+
+    @property
+    def labels(self) -> dict[str, tuple[Place, NDArray[Any]]]:
+        """Return what has numbers that do not change with time, and these, by name.
+
+        They have no unit and the shape (item,), or (item, 3) of directions.
+        """
+        own = self.solids.labels if len(self.solids) else {}
+        of_solids = {name: ("element", each) for name, each in own.items()}
+        return {"spring_id": ("spring", self.network.springs.ids[self.springs]), **of_solids}
 
     @cached_property
     def _is_solid(self) -> NDArray[np.bool_]:

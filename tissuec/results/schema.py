@@ -108,6 +108,13 @@ SOLIDS = GroupSpec(
         ),
         "nodes": _array("row", "nodes of each, one after another", kind="i4"),
         "entities": _array("element", "number of each, behind those of springs", kind="i4"),
+        "region": _array("element", "region of each among region_names, from 0", kind="i4"),
+        "tissue": _array("element", "tissue of each among tissue_names, from 0", kind="i4"),
+        "fibres": _array(
+            "element family 3", "directions of families of fibres as drawn; 0 without fibres"
+        ),
+        "region_names": _texts("region", "names of regions; the first stands for none"),
+        "tissue_names": _texts("tissue", "names of tissues"),
     },
     packed="large",
     when="scenes with solid elements",
@@ -353,6 +360,11 @@ def _numbers(axes: str, text: str, unit: str = "{unit}", chunk: int = CHUNK) -> 
     return _array(axes, text, unit, FLOAT, chunk=chunk, in_parts=True)
 
 
+def _fibres(what: str) -> DatasetSpec:
+    text = f"direction of {what} of each solid element as drawn; 0 at other cells"
+    return _array("cell 3", text, packed="large")
+
+
 FRAMES = _grid(
     ROOT,
     "frames as a VTK UnstructuredGrid with steps: springs as lines, triangles of walls and of "
@@ -362,6 +374,18 @@ FRAMES = _grid(
         "CellData/spring_id": _integers(
             "cell", "id of each line's spring; -1 at other cells", packed="large"
         ),
+        "CellData/region": _integers(
+            "cell",
+            "region of each solid element, as in `/tissuec/network/solids`; -1 at other cells",
+            packed="large",
+        ),
+        "CellData/tissue": _integers(
+            "cell",
+            "tissue of each solid element, as in `/tissuec/network/solids`; -1 at other cells",
+            packed="large",
+        ),
+        "CellData/fibres": _fibres("the fibres"),
+        "CellData/second_fibres": _fibres("the second fibres"),
         "Points": _numbers("node 3", "position of each node, frame after frame", "m"),
         "PointData/{field}": _numbers("node …", "{what}, frame after frame{elsewhere}"),
         "CellData/{field}": _numbers("cell", "{what}, frame after frame; 0 at other cells"),

@@ -56,18 +56,12 @@ def net_shape(
         points: "position" [m], shape (node, 3), and what else there is at the nodes.
         own: What has numbers, and these, of all that the mesh has; 0 at other cells.
     """
-    grid, mesh = drawing.grid, drawing.mesh
-    numbers: dict[str, NDArray[Any]] = {}
-    for name, (at, values) in own.items():
-        numbers[name] = np.zeros((len(grid), *values.shape[1:]), dtype=values.dtype)
-        numbers[name][grid.rows[at]] = values[grid.items[at]]
-    identities = np.full(len(grid), -1, dtype=np.int64)
-    ids = mesh.network.springs.ids[mesh.springs]
-    identities[grid.rows["spring"]] = ids[grid.items["spring"]]
+    grid = drawing.grid
+    numbers = {name: grid.over(at, values) for name, (at, values) in own.items()}
     others = {name: values for name, values in points.items() if name != "position"}
     return ExportedShape(
         title, time, points["position"], grid, drawing.cells.triangles, others,
-        {**numbers, "spring_id": identities},
+        {**numbers, **drawing.labels},
     )  # fmt: skip
 
 

@@ -11,6 +11,9 @@ from collections.abc import Iterator
 from math import ceil, floor
 from typing import NamedTuple
 
+import numpy as np
+from msgspec.structs import astuple
+
 from tissuec.model.network import Network
 from tissuec.results.alive import row_bytes
 from tissuec.results.datasets import DatasetSpec
@@ -78,7 +81,7 @@ def file_size(
         total += count * (_bytes_of(axis) if count < LARGE else PACKED.get(axis, 0))
     columns = FrameColumns(recording, mesh_of(network, recording))
     solids = columns.mesh.all_solids
-    total += solids.types.nbytes + solids.nodes.nbytes + solids.entities.nbytes
+    total += sum(np.asarray(each).nbytes for each in astuple(solids))
     total += sum(_frames(network, columns, moments(duration, output.every), 1 + events.cuts))
     total += sum(_sides(network, columns, min(events.times, MOST_EVENTS)))
     for log, channel in zip(output.logs, recording.logs, strict=True):
@@ -133,7 +136,8 @@ def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) ->
         points = len(mesh.solids.nodes) + 2 * lines + 3 * triangles
         for name, rows in (("Connectivity", points), ("Offsets", cells), ("Types", cells)):
             yield column(parts * rows, FRAMES[name])
-        yield column(parts * cells, FRAMES["CellData/spring_id"])
+        for name in mesh.labels:
+            yield column(parts * cells, FRAMES[f"CellData/{name}"])
 
 
 def _sides(network: Network, columns: FrameColumns, events: int) -> Iterator[int]:

@@ -60,6 +60,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     bends: "WallBending | None" = None  # of a wall of elements
     breaking: Provenance | None = None  # origins of the limits of elements
     weighing: Floats | None = None
+    element_region: Indices | None = None
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end

@@ -51,4 +51,5 @@ def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
         breaking=reader.limits.known(reader.part),
         weighing=None if body.is_wall else reader.weights() / arrays["mass"],
+        element_region=drawing.element_part,
     )

@@ -119,6 +119,18 @@ class SolidElements(PointField, frozen=True):
     prestretch: Prestretch | None
     span: Span
 
+    @property
+    def drawn_fibres(self) -> Floats:
+        """Return directions of families of fibres as drawn, shape (element, family, 3).
+
+        They are unit vectors, or 0 where fibres have no stiffness.
+        """
+        along = self.fibres.along
+        if self.prestretch is not None:
+            along = np.einsum("exy,efy->efx", self.prestretch.deformation, along)
+            along = along / np.linalg.norm(along, axis=2)[..., None]
+        return np.where(self.fibres.stiffness[:, None, None] > 0.0, along, 0.0)
+
     @classmethod
     def of(
         cls,

@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import norm
 from tissuec.mechanics.deformation import Surroundings, mean_of_springs, von_mises
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.results import access
 from tissuec.results.blocks.anatomy import Anatomy
 from tissuec.results.blocks.layout import Cloud, Kind, own_elements
 from tissuec.results.fields import FieldChannel
 from tissuec.results.frame_columns import POINTS, VELOCITY, column_of
+from tissuec.results.schema import FRAMES, SOLIDS
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.volume_cells import mean_at
 
@@ -34,6 +36,8 @@ class Facts:
         region: Of each node of bodies, as a number among the names of regions, shape (node,).
         regions: Names of regions with their bodies; "" comes first, for nodes in none.
         bodies: Names of bodies and, behind them, of tools.
+        tissues: Names of tissues, as far as they are known.
+        labels: Which labels solid elements have.
     """
 
     def __init__(
@@ -48,6 +52,10 @@ class Facts:
             self.region[group.indices] = number
         tools = [cloud.name for cloud in clouds if cloud.kind == "tool"]
         self.bodies = (*(body.name for body in self.network.bodies), *tools)
+        self.labels = trajectory.mesh.solids.labels.keys()
+        self.tissues: Sequence[str] = () if anatomy is None else anatomy.tissues
+        if (kept := SOLIDS["tissue_names"].path) in trajectory.content:
+            self.tissues = access.texts(trajectory.content, kept)
         self._around: dict[int, tuple[Indices, Surroundings]] = {}
 
     def around(self, cloud: Cloud, springs: Indices) -> Surroundings:
@@ -80,7 +88,7 @@ class Moment:
         velocity: [m/s], shape (point, 3); without rows of tools.
         recorded: Numbers of the fields of the result by name, in their units: of its points,
             these springs or these triangles, shape (point, …) or alike; of fields of cells, at
-            its points.
+            its points. Also the labels of its solid elements.
         triangles: Its points that are corners of the skin, shape (triangle, 3).
         alive: Which entities of the network exist, shape (entity,).
         whole: Positions of all nodes that frames contain, by network number [m], shape (node,
@@ -196,6 +204,8 @@ class CloudMoments:
             place = {"node": at, "spring": own, "triangle": seen, "cell": at}
             place["element"] = own_elements(drawing, row)
             recorded = {one.name: every[place[one.at]] for one, every in numbers.items()}
+            own_solids = drawing.mesh.solids.some(drawn.elements[place["element"]])
+            recorded |= own_solids.labels
             springs = drawn.springs[own].astype(np.int64)
             yield Moment(
                 self._facts, cloud, nodes, springs, position[at], velocity[at], recorded, whole,
@@ -231,7 +241,7 @@ class BlockField(Struct, frozen=True):
         value: From a moment to numbers, shape (point, width) or alike, or (…,) for one of them.
         changes: Whether it has other values in each frame, while the same is drawn.
         whole: Whether its numbers are integers.
-        needs: "matter" or "anatomy" where these have to be known.
+        needs: "matter" or "anatomy" where these have to be known, or a label of elements.
         source: Dataset of the frames of a result that contains it.
         names: From facts to the meanings of integers.
     """
@@ -255,8 +265,9 @@ class BlockField(Struct, frozen=True):
             "": True,
             "matter": cloud.matter is not None,
             "anatomy": facts.anatomy is not None,
+            **dict.fromkeys(facts.labels, True),
         }
-        return cloud.kind in self.of and known[self.needs]
+        return cloud.kind in self.of and known.get(self.needs, False)
 
 
 def _displacement(moment: Moment) -> Values:
@@ -268,9 +279,15 @@ def _tissue(moment: Moment) -> Values:
     return moment.facts.anatomy.tissue[moment.nodes]
 
 
-def _tissue_names(facts: Facts) -> Sequence[str]:
-    assert facts.anatomy is not None
-    return facts.anatomy.tissues
+def _label(
+    name: str, text: str, width: int = 1, names: Callable[[Facts], Sequence[str]] | None = None
+) -> BlockField:
+    """Return the field of a label of solid elements."""
+    return BlockField(
+        name, "", width, "elements", BODY, text, lambda m: m.recorded[name],
+        changes=False, whole=width == 1, needs=name, source=FRAMES[f"CellData/{name}"].path,
+        names=names,
+    )  # fmt: skip
 
 
 def _body(moment: Moment) -> Values:
@@ -338,8 +355,12 @@ DERIVED: tuple[BlockField, ...] = (
     ),
     BlockField(
         "tissue", "", 1, "points", NODES, "number of the tissue, from 0", _tissue,
-        changes=False, whole=True, needs="anatomy", names=_tissue_names,
+        changes=False, whole=True, needs="anatomy", names=lambda facts: facts.tissues,
     ),
+    _label("region", "number of the region; 0: none", names=lambda facts: facts.regions),
+    _label("tissue", "number of the tissue, from 0", names=lambda facts: facts.tissues),
+    _label("fibres", "direction of the fibres as drawn; 0 without fibres", 3),
+    _label("second_fibres", "direction of the second fibres as drawn", 3),
     BlockField(
         "node", "", 1, "points", NODES, "number of the node in the network, unique",
         lambda m: m.nodes, changes=False, whole=True,

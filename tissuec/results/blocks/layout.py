@@ -13,10 +13,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.structs import replace
 from tissuec.model.network import Indices, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
 from tissuec.results.blocks.poses import ToolMesh, tool_meshes
-from tissuec.results.element_cells import ElementCells
 from tissuec.results.mesh import CellGrid, DrawnMesh, RecordedMesh
 from tissuec.results.trajectory import Trajectory
 
@@ -219,7 +219,7 @@ class _Drawing:
         if self.draws == "Solids":
             items = own_elements(drawing, row)
             found = mesh.solids.some(cells.elements[items])
-            solids = ElementCells(found.types, row[found.nodes], found.entities)
+            solids = replace(found, nodes=row[found.nodes])
             first = grid.rows["element"].start + int(items[0] if len(items) else 0)
             return Piece(
                 len(nodes), CellGrid.of(vertices, lines, none, solids), no_springs, first
