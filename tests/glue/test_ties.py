@@ -7,6 +7,7 @@ import tissuec
 from tests.glue.blocks import TIED, WHOLE, glued, on_box, standing
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import same_when_resumed
+from tissuec.engine.unknowns import joined_nodes
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.observables import inner_forces
 from tissuec.mechanics.settling import settle
@@ -143,3 +144,44 @@ def test_forces_on_embedded_nodes_are_on_their_hosts():
     largest = np.abs(force).max()
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * largest * len(x)
     assert np.abs(np.cross(x, force).sum(axis=0)).max() < 1e-12 * largest * 0.04 * len(x)
+
+
+def test_the_force_on_glued_nodes_is_what_the_glue_carries():
+    of = ["force(face)", "torque(face)", "position(face)"]
+    of += [each.replace("face", "right") for each in of]
+    text = glued(
+        script=PULLED.format("0.4, 0, 0.3"),
+        output="; ".join(f"{each} every 1 s" for each in of),
+    )
+    run = tissuec.run(text, companion="off")
+    last = {name: log.value[-1] for name, log in run.logs.items()}
+    pulled = last["force of right"]
+    assert last["force of face"] == pytest.approx(-pulled, rel=1e-9)
+    arm = last["position of right"] - last["position of face"]
+    turning = last["torque of right"] + np.cross(arm, pulled)
+    assert last["torque of face"] == pytest.approx(-turning, abs=1e-9 * np.abs(turning).max())
+
+
+@pytest.mark.parametrize("load", ["gravity = (0, 0, -9.81)", "push right with (0, 0, 1) N"])
+def test_a_body_that_is_glued_to_a_held_one_is_held(load):
+    def loose(held):
+        text = glued(script=f"at 0 s: fix {held}" if held else "", output="")
+        if load.startswith("push"):
+            text = text.replace("script {", f"script {{ at 0 s: {load}")
+        else:
+            text = text.replace("gravity = (0, 0, 0)", load)
+        return [one.message for one in tissuec.check(text) if one.code == "W310"]
+
+    assert not loose("left") and not loose("right")
+    assert len(loose("")) == 1 and loose("")[0].startswith("nothing holds coarse and fine")
+
+
+def test_nodes_that_matrices_couple_are_foreseen():
+    """The pattern from which memory and time are predicted is that of K, in blocks of 3 × 3."""
+    state = standing(glued())
+    state.holders["left"] = np.flatnonzero(state.network.position[:, 0] < 1e-4)
+    balance = Balance(state, np.ones(len(state.position), dtype=bool))
+    found = balance.matrix(balance.bars(balance.start), exact=True).sparse.tocoo()
+    coupled = set(zip(found.row // 3, found.col // 3, strict=True))
+    foreseen = joined_nodes(state.free, state.acting.springs.ends, state.fields).tocoo()
+    assert coupled == set(zip(foreseen.row, foreseen.col, strict=True))

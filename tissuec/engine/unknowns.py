@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.forces.acting.embedding import EmbeddedNodes
 from tissuec.forces.fields import Field
 from tissuec.kernels.records import Integers, Solver
 
@@ -188,6 +189,8 @@ def joined_nodes(
 ) -> "csc_matrix":
     """Return a matrix that is not zero between free nodes of an item, shape (count, count).
 
+    Hosts of embedded nodes are nodes of the items of these.
+
     Args:
         free: Which nodes are unknowns, shape (node,).
         ends: Nodes of the springs that act, shape (spring, 2).
@@ -195,18 +198,28 @@ def joined_nodes(
     """
     from scipy.sparse import csc_matrix, csr_matrix
 
-    count, number = int(np.count_nonzero(free)), np.where(free, np.cumsum(free) - 1, -1)
+    every = np.arange(len(free))
     rows, nodes, start = [np.repeat(np.arange(len(ends)), 2)], [ends.ravel()], len(ends)
     for field in fields:
-        items = field.items(np.arange(len(number)))
+        items = field.items(every)
         if items is not None:
             counts = np.diff(items.first)
             rows.append(start + np.repeat(np.arange(len(counts)), counts))
             nodes.append(items.places)
             start += len(counts)
-    row, node = np.concatenate(rows), number[np.concatenate(nodes).astype(np.int64)]
-    row, node = np.unique(np.stack([row, node])[:, node >= 0], axis=1)
+    moves, source, target = free.copy(), [every], [every]
+    for field in fields:
+        if isinstance(field, EmbeddedNodes):
+            moves[field.nodes] = field.any_of(free)
+            source.append(field.nodes[field.owners])
+            target.append(field.hosts)
+    row, node = np.concatenate(rows), np.concatenate(nodes).astype(np.int64)
+    row, node = np.unique(np.stack([row, node])[:, moves[node]], axis=1)
     small = np.bincount(row, minlength=start)[row] <= WIDEST
-    shape = start, count
+    shape = start, len(free)
     member = csr_matrix((np.ones(small.sum()), (row[small], node[small])), shape=shape)
+    if len(source) > 1:
+        pairs = np.concatenate(source), np.concatenate(target)
+        member = member @ csr_matrix((np.ones(len(pairs[0])), pairs), shape=(len(free),) * 2)
+    member = member[:, free]
     return csc_matrix(member.T @ member)

@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import dot, norm
 from tissuec.core.keeping import kept_on_owner
+from tissuec.forces.acting.embedding import EmbeddedNodes
+from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import flat, reach
 from tissuec.mechanics.state import ALL, State
 from tissuec.model.network import Floats, Indices, Network
@@ -137,16 +139,30 @@ def force_on(
 ) -> Floats:
     """Return the resultant of the inner forces on some nodes [N], shape (…, 3).
 
-    Forces on embedded nodes are on their hosts.
+    Forces on embedded nodes are on their hosts, unless the nodes are all embedded.
     """
-    if state.embedding is not None:
+    fields = _separate_fields(state, nodes)
+    if fields is None:
         return inner_forces(state, time, position, velocity).node[..., nodes, :].sum(axis=-2)
     total = pull_on(state, position, velocity, nodes)
-    for acting in state.drawn_fields:
+    for acting in fields:
         pressed = np.zeros(position.shape)
         acting.add_forces(time, position, velocity, pressed)
         total += pressed[..., nodes, :].sum(axis=-2)
     return total
+
+
+def _separate_fields(state: State, nodes: Indices) -> tuple[Field, ...] | None:
+    """Return the fields whose forces on some nodes add up to the resultant, one by one.
+
+    None if forces of all are moved to hosts before. Glue, as the support of nodes that are all
+    embedded, is not among the fields.
+    """
+    if (embedding := state.embedding) is None:
+        return state.drawn_fields
+    if np.isin(nodes, embedding.nodes).all():
+        return tuple(f for f in state.drawn_fields if not isinstance(f, EmbeddedNodes))
+    return None
 
 
 def torque_on(
@@ -157,12 +173,13 @@ def torque_on(
     nodes: Indices,
     about: Floats,
 ) -> Floats:
-    """Return the resultant torque of the inner forces on some nodes [N m], shape (…, 3).
+    """Return the resultant torque of the forces of ``force_on`` [N m], shape (…, 3).
 
     Args:
         about: A point [m], shape (…, 3).
     """
-    if state.embedding is not None:
+    fields = _separate_fields(state, nodes)
+    if fields is None:
         forces = inner_forces(state, time, position, velocity).node
         return _torque(position[..., nodes, :], forces[..., nodes, :], about)
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
@@ -170,7 +187,7 @@ def torque_on(
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
     force = sign[:, None] * state.spring_force(springs).vectors(position, velocity)
     total = _torque(position[..., inside, :], force, about)
-    for field in state.drawn_fields:
+    for field in fields:
         pressed = np.zeros(position.shape)
         field.add_forces(time, position, velocity, pressed)
         total += _torque(position[..., nodes, :], pressed[..., nodes, :], about)

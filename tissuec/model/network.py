@@ -459,17 +459,22 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         """The ``acting.embedding.EmbeddedNodes``; None without any."""
         return self.field(EMBEDDING)
 
+    @property
+    def glued_ends(self) -> Indices:
+        """Return embedded nodes beside each of their hosts, shape (host, 2)."""
+        if (embedding := self.embedding) is None:
+            return np.zeros((0, 2), dtype=np.int64)
+        return np.stack([embedding.nodes[embedding.owners], embedding.hosts], axis=1)
+
     @cached_property
     def glued(self) -> Indices:
         """Return pairs of bodies, nodes of the first of which are embedded in the second.
 
         The shape is (pair, 2).
         """
-        if (embedding := self.embedding) is None:
-            return np.zeros((0, 2), dtype=np.int64)
         starts = np.array([body.nodes.start for body in self.bodies])
-        ends = np.stack([embedding.nodes[embedding.owners], embedding.hosts], axis=1)
-        return np.unique(np.searchsorted(starts, ends, side="right") - 1, axis=0)
+        owner = np.searchsorted(starts, self.glued_ends, side="right") - 1
+        return np.unique(owner, axis=0)
 
     def are_joined(self, one: BodyPart, other: BodyPart) -> bool:
         """Return whether springs of joints lead from one body to another, or glue does."""

@@ -86,7 +86,8 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
             held.append(body)
             continue
         if piece is None:  # most scenes do without
-            piece = pieces(network.node_count, network.springs.ends)
+            ends = np.concatenate([network.springs.ends, network.glued_ends])
+            piece = pieces(network.node_count, ends)
             first = np.full(network.node_count, np.inf)
             np.minimum.at(first, piece, until)
             until = first[piece]

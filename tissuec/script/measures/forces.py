@@ -19,9 +19,9 @@ class SupportForce(VectorMeasure):
     For a tool, the nodes are those that it holds at that time. It is the force that the
     instrument feels (the haptic force); it does not include the weight and inertia of the nodes
     themselves. Of nodes on a plane of symmetry, it includes what their mirror image, or the
-    wall that the plane stands for, exerts on the part that is drawn. For scissors, it is the
-    force that moves their blades on while they close along a line, from the cutting resistance
-    of the tissue.
+    wall that the plane stands for, exerts on the part that is drawn. Of nodes that are
+    all glued, it is the force of the glue on them. For scissors, it is the force that moves
+    their blades on while they close along a line, from the cutting resistance of the tissue.
     """
 
     form = "force(A)"
