@@ -77,6 +77,58 @@ def test_results_are_as_large_as_foretold(
             )
 
 
+MIXED = """language 1
+tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }
+tissue net { spring constant = 40 N/m; viscosity = 5 mN*s/m; mass = 0.2 g }
+body block {
+  mesh is lattice { cell = 2 mm; box from (0, 0, 0) mm to (24, 24, 24) mm }; tissue is gel
+}
+body cloth {
+  mesh is sheet {
+    corner = (0, 0, 40) mm; first edge = (20, 0, 0) mm; second edge = (0, 20, 0) mm
+    columns = 5; rows = 5; diagonals is both
+  }
+  tissue is net
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+script { from 0 s to 1 ms: push cloth with (0, 0, 1) N
+  at 0.55 ms: cut cloth along line from (12, -1, 40) mm to (12, 9, 40) mm facing (1, 0, 0) }
+simulate { duration = 1 ms; integrator is velocity verlet; step = 50 us }
+output { trajectory with stress tensor every 0.1 ms }
+"""
+
+
+def test_cells_without_numbers_take_no_room(tmp_path):
+    """Forces of springs at elements, and stresses of elements at springs."""
+    request = Request(Source("mixed.tis", MIXED))
+    compiled = compile_request(request)[0]
+    path = tmp_path / "a.vtkhdf"
+    simulate(compiled, path, request=request, companion="off")
+    assert predict(compiled).bytes == pytest.approx(path.stat().st_size, rel=0.03)
+    part = write(tmp_path / "b.vtkhdf", compiled.network, compiled.plan,
+                 interrupt=AfterAsking(2))  # fmt: skip
+    with Trajectory(part) as file:
+        checkpoint = file.checkpoint()
+    with ResultWriter.resume(part, checkpoint) as writer:
+        recorder = Recorder(compiled.network, compiled.plan, writer)
+        outcome = run(compiled.network, compiled.plan, recorder, resume=checkpoint.state)
+        resumed = writer.close(outcome.message, outcome.kind == "done")
+    with Trajectory(path) as one, Trajectory(resumed) as other:
+        data, again = (each.content.raw["VTKHDF/CellData"] for each in (one, other))
+        for name, most in (("spring_force", 0.4), ("stress", 1.1)):
+            assert np.array_equal(data[name][()], again[name][()])
+            for frame in range(len(one.times)):
+                drawn, grid = data[name], one.drawing(frame).grid
+                first = one.content.raw[f"VTKHDF/Steps/CellDataOffsets/{name}"][frame]
+                rows = drawn[first : first + len(grid)]
+                at = "spring" if name == "spring_force" else "element"
+                there = np.zeros(len(grid), dtype=bool)
+                there[grid.rows[at]] = True
+                assert not rows[~there].any()
+            assert drawn.id.get_storage_size() < most * drawn.nbytes
+        assert np.abs(np.nan_to_num(one.tension[:])).max() > 0.0
+
+
 @pytest.fixture(scope="module")
 def pad():
     return compile_request(Request(Source("pad.tis", SCENE)))[0]

@@ -73,8 +73,7 @@ def test_what_repeats_itself_in_large_nets_is_compressed_and_read_alike(
     tmp_path, example, monkeypatch
 ):
     plain = example.saved(tmp_path / "plain.vtkhdf")
-    for module in ("store", "grid_frames"):
-        monkeypatch.setattr(f"tissuec.results.{module}.LARGE", 4)
+    monkeypatch.setattr("tissuec.results.store.LARGE", 4)
     monkeypatch.setattr("tissuec.results.store.LEAST_COMPRESSED", 4)
     path = example.saved(tmp_path / "large.vtkhdf")
     (one, former), (two, written) = everything(plain), everything(path)

@@ -17,7 +17,8 @@ from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.finite import all_numbers
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.recording import Recording
-from tissuec.results.schema import CELLS, FRAMES, SIDES, STEPS
+from tissuec.results.schema import CELL_TABLE, CELLS, FRAMES, SIDES, STEPS
+from tissuec.results.store import sized
 
 POSITION = FieldChannel(
     "position", "node", "m", 3, "position of each node", "position", signed=True
@@ -27,6 +28,8 @@ VELOCITY = FieldChannel(
 )
 MOTION = (POSITION, VELOCITY)
 POINTS = ("node", "cell")  # of what points have numbers: of cells, the means around them
+CELL_PLACES: tuple[Place, ...] = ("spring", "triangle", "element")  # in the order of cells
+LEAST_CHUNK = 256
 FRAME_ROWS = 8192  # 200 kB of vectors: the fastest of those tried for 100 000 nodes
 _CHUNK_FRAMES = 64
 
@@ -73,13 +76,10 @@ class FrameColumns:
     def _chunk(self, channel: FieldChannel) -> int:
         if channel.at in POINTS:
             return min(max(1, len(self.mesh.nodes)) * self.batch, FRAME_ROWS)
-        return min(max(1, self.cells) * self.batch, 3 * FRAME_ROWS)
-
-    @property
-    def cells(self) -> int:
-        """Return how many lines, triangles and elements frames can show."""
-        mesh = self.mesh
-        return int(mesh.are_lines.sum()) + int(mesh.are_faces.sum()) + len(mesh.solids)
+        own, every = self.mesh.drawn(channel.at), sum(map(self.mesh.drawn, CELL_PLACES))
+        # Rows of other cells, which are 0, take no room where they fill a chunk.
+        rows = every * self.batch if own == every else max(own, LEAST_CHUNK)
+        return min(max(1, rows), 3 * FRAME_ROWS)
 
     def places(self, at: Place) -> NDArray[np.integer]:
         """Return the network numbers of what is recorded, shape (place,)."""
@@ -89,12 +89,27 @@ class FrameColumns:
 
     def rows(self) -> Iterator[tuple[DatasetSpec, int]]:
         """Yield the columns with about as many rows as each frame has."""
+        every = sum(map(self.mesh.drawn, CELL_PLACES))
         for channel, column in self.numbers.items():
-            yield column, len(self.mesh.nodes) if channel.at in POINTS else self.cells
+            rows = len(self.mesh.nodes)
+            if channel.at not in POINTS:  # around those of a frame, chunks are full of zeros
+                own = self.mesh.drawn(channel.at)
+                rows = min(every, own + column.chunk if own else 0)
+            yield column, rows
         for column in self.whole.values():
             yield column, self.places("cell").size
         for column in self.steps.values():
             yield column, 1
+
+
+def part_columns(mesh: RecordedMesh) -> dict[str, tuple[DatasetSpec, int]]:
+    """Return the columns of parts by name, with about as many rows as each part has."""
+    lines, triangles, elements = map(mesh.drawn, CELL_PLACES)
+    cells = lines + triangles + elements
+    points = 2 * lines + 3 * triangles + len(mesh.solids.nodes)
+    rows = dict.fromkeys(CELL_TABLE, 1) | {"Types": cells, "Offsets": cells + 1}
+    rows |= {"Connectivity": points} | {f"CellData/{name}": cells for name in mesh.labels}
+    return {name: (sized(FRAMES[name], count), count) for name, count in rows.items()}
 
 
 def column_of(channel: FieldChannel) -> DatasetSpec:

@@ -19,12 +19,12 @@ from tissuec.results.access import ResultGroup
 from tissuec.results.alive import read_alive, row_bytes
 from tissuec.results.datasets import CHUNK, DatasetSpec
 from tissuec.results.fields import FieldChannel
-from tissuec.results.frame_columns import POINTS, FrameColumns
+from tissuec.results.frame_columns import POINTS, FrameColumns, part_columns
 from tissuec.results.hdf5 import set_attribute
 from tissuec.results.mesh import CellGrid, DrawnMesh, RecordedMesh
 from tissuec.results.recording import Recording
-from tissuec.results.schema import CELL_TABLE, FRAMES, PARTS, ROOT
-from tissuec.results.store import LARGE, ColumnTable, GrowingDataset, Store
+from tissuec.results.schema import CELL_TABLE, PARTS, ROOT
+from tissuec.results.store import ColumnTable, GrowingDataset, SomeRows, Store
 
 
 class GridFrames:
@@ -75,28 +75,20 @@ class GridFrames:
         self.parts.draw(drawing)
         grid = drawing.grid
         steps = {"Values": time, **self._offsets(len(grid), len(time))}
-        rows: dict[GrowingDataset, ArrayLike] = {
+        rows: dict[GrowingDataset, ArrayLike | SomeRows] = {
             self._steps[name]: data for name, data in steps.items()
         }
         for channel, data in numbers.items():
-            shown = self._at_points_or_cells(channel, data, grid)
-            rows[self._numbers[channel]] = shown.reshape(-1, *channel.row)
+            column, row = self._numbers[channel], channel.row
             if channel.at == "cell":
+                assert self._volumes is not None
                 rows[self._whole[channel]] = data.reshape(-1)
+                data = np.nan_to_num(self._volumes.at_nodes(data, self.mesh.nodes))
+            if channel.at in POINTS or data.shape[1] == len(grid):
+                rows[column] = data.reshape(-1, *row)
+            else:
+                rows[column] = SomeRows(data, grid.rows[channel.at].start, len(grid))
         self._store.append(rows)
-
-    def _at_points_or_cells(
-        self, channel: FieldChannel, data: NDArray[Any], grid: CellGrid
-    ) -> NDArray[Any]:
-        """Return the numbers of a channel at points, or at all cells of VTK."""
-        if channel.at == "node":
-            return data
-        if channel.at == "cell":
-            assert self._volumes is not None
-            return np.nan_to_num(self._volumes.at_nodes(data, self.mesh.nodes))
-        every = np.zeros((len(data), len(grid), *channel.row), dtype=self.columns.kind)
-        every[:, grid.rows[channel.at]] = data
-        return every
 
     def _offsets(self, cells: int, frames: int) -> dict[str, NDArray[Any]]:
         """Return the rows of ``Steps`` for frames that are about to be added."""
@@ -145,17 +137,14 @@ class CellTables:
     Args:
         store: The file.
         datasets: Of the group.
-        cells: About how many a part has.
 
     Attributes:
         first_cell: How many cells stand before the last part.
         first_id: How many point numbers stand before the last part.
     """
 
-    def __init__(self, store: Store, datasets: Mapping[str, DatasetSpec], cells: int):
-        self._table = ColumnTable(
-            store, {name: _sized(datasets[name], cells) for name in CELL_TABLE}
-        )
+    def __init__(self, store: Store, datasets: Mapping[str, DatasetSpec]):
+        self._table = ColumnTable(store, {name: datasets[name] for name in CELL_TABLE})
         self.first_cell = self.first_id = 0
 
     @property
@@ -204,12 +193,10 @@ class Parts(CellTables):
     """
 
     def __init__(self, store: Store, network: Network, mesh: RecordedMesh):
-        size = len(mesh.springs) + len(mesh.solids)
-        super().__init__(store, FRAMES, size)
+        columns = {name: one for name, (one, _) in part_columns(mesh).items()}
+        super().__init__(store, columns)
         self._store, self._mesh = store, mesh
-        self._labels = {
-            name: store.column(_sized(FRAMES[f"CellData/{name}"], size)) for name in mesh.labels
-        }
+        self._labels = {name: store.column(columns[f"CellData/{name}"]) for name in mesh.labels}
         self._alive = store.column(PARTS["alive"].of(chunk=max(CHUNK, row_bytes(network))))
         self.drawn: DrawnMesh | None = None
         if self.count:
@@ -225,11 +212,6 @@ class Parts(CellTables):
         self.add(len(self._mesh.nodes), drawing.grid)
         labels = {self._labels[name]: each for name, each in drawing.labels.items()}
         self._store.append({**labels, self._alive: np.packbits(drawing.alive)})
-
-
-def _sized(dataset: DatasetSpec, cells: int) -> DatasetSpec:
-    """Return a column with the rows that are allocated at once for so many cells."""
-    return dataset.of(chunk=LARGE) if dataset.packed and cells >= LARGE else dataset
 
 
 def alive_in(file: ResultGroup, part: int, network: Network) -> NDArray[np.bool_]:

@@ -304,6 +304,12 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
             },
         )
 
+    def drawn(self, at: Place) -> int:
+        """Return how many springs, triangles or elements VTK shows before anything is gone."""
+        if at == "element":
+            return len(self.solids)
+        return int((self.are_lines if at == "spring" else self.are_faces).sum())
+
     def numbers(self, at: Place) -> NDArray[np.integer]:
         """Return network numbers of what is recorded, shape (item,)."""
         of_place: Mapping[Place, NDArray[np.integer]] = {

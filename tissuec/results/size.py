@@ -11,19 +11,17 @@ from collections.abc import Iterator
 from math import ceil, floor
 from typing import NamedTuple
 
-import numpy as np
 from msgspec.structs import astuple
 
 from tissuec.model.network import Network
 from tissuec.results.alive import row_bytes
 from tissuec.results.datasets import DatasetSpec
-from tissuec.results.frame_columns import FrameColumns
+from tissuec.results.frame_columns import FrameColumns, part_columns
 from tissuec.results.frames import MOST_EVENTS, SideColumns
 from tissuec.results.mesh import mesh_of
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.schema import (
     ERRORS,
-    FRAMES,
     LOGS,
     NETWORK,
     ORIGINS_OF,
@@ -81,7 +79,7 @@ def file_size(
         total += count * (_bytes_of(axis) if count < LARGE else PACKED.get(axis, 0))
     columns = FrameColumns(recording, mesh_of(network, recording))
     solids = columns.mesh.all_solids
-    total += sum(np.asarray(each).nbytes for each in astuple(solids))
+    total += sum(_packed(each.nbytes, len(each)) for each in astuple(solids))
     total += sum(_frames(network, columns, moments(duration, output.every), 1 + events.cuts))
     total += sum(_sides(network, columns, min(events.times, MOST_EVENTS)))
     for log, channel in zip(output.logs, recording.logs, strict=True):
@@ -91,6 +89,11 @@ def file_size(
     for surface in output.surfaces:
         total += _surface(network, surface, duration, 4 if recording.single else 8)
     return total
+
+
+def _packed(size: int, rows: int) -> int:
+    """Return about how many of so many bytes are written of so many rows of a list."""
+    return size if rows < LARGE else size // 20
 
 
 def _bytes_of(axis: str) -> int:
@@ -119,9 +122,7 @@ def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) ->
         frames: How many there are.
         parts: How many topologies they have.
     """
-    mesh = columns.mesh
-    nodes, cells = len(mesh.nodes), columns.cells
-    lines, triangles = int(mesh.are_lines.sum()), int(mesh.are_faces.sum())
+    nodes = len(columns.mesh.nodes)
     if not frames or not nodes:
         return
     for dataset, rows in columns.rows():
@@ -132,12 +133,9 @@ def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) ->
         yield column(frames, dataset)
     yield column(nodes, columns.node_id)
     yield column(parts * row_bytes(network), PARTS["alive"])
-    if cells < LARGE:
-        points = len(mesh.solids.nodes) + 2 * lines + 3 * triangles
-        for name, rows in (("Connectivity", points), ("Offsets", cells), ("Types", cells)):
-            yield column(parts * rows, FRAMES[name])
-        for name in mesh.labels:
-            yield column(parts * cells, FRAMES[f"CellData/{name}"])
+    for dataset, rows in part_columns(columns.mesh).values():
+        size = column(parts * rows, dataset)
+        yield _packed(size, rows) if dataset.packed else size
 
 
 def _sides(network: Network, columns: FrameColumns, events: int) -> Iterator[int]:

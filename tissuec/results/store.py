@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import h5py
 import numpy as np
@@ -29,6 +29,25 @@ LEAST_COMPRESSED = 1024  # numbers
 LARGE = 1 << 16
 
 
+def sized(dataset: DatasetSpec, rows: int) -> DatasetSpec:
+    """Return a column with the rows that are allocated at once where so many come together."""
+    return dataset.of(chunk=LARGE) if dataset.packed and rows >= LARGE else dataset
+
+
+class SomeRows(NamedTuple):
+    """Rows of groups whose other rows are 0, and are not written.
+
+    Attributes:
+        data: In the unit of the column, shape (group, row, …).
+        first: Where they begin in each group.
+        total: How many rows a group has.
+    """
+
+    data: NDArray[Any]
+    first: int
+    total: int
+
+
 class GrowingDataset:
     """A dataset that grows along its first axis; rows wait in memory until the next commit.
 
@@ -45,7 +64,7 @@ class GrowingDataset:
     def __init__(self, dataset: h5py.Dataset, crc: int | None):
         self.dataset, self.crc = dataset, crc
         self.rows = len(dataset)
-        self._waiting: list[NDArray[Any]] = []
+        self._waiting: list[tuple[int, NDArray[Any]]] = []
 
     def convert(self, values: ArrayLike) -> NDArray[Any]:
         """Return values as rows of this column, in its unit, of shape (row, …)."""
@@ -54,19 +73,22 @@ class GrowingDataset:
     def append(self, rows: NDArray[Any]) -> None:
         """Add converted rows, in the unit of the column, of shape (row, …)."""
         if len(rows):
-            self._waiting.append(rows)
+            self._waiting.append((self.rows, rows))
             self.rows += len(rows)
+
+    def skip(self, rows: int) -> None:
+        """Add rows that are 0, and take no room where they fill what is allocated at once."""
+        self.rows += rows
 
     def write(self) -> None:
         """Hand the waiting rows to HDF5."""
-        if self._waiting:
-            one = len(self._waiting) == 1  # of which no copy is needed
-            rows = self._waiting[0] if one else np.concatenate(self._waiting)
+        if self.rows > len(self.dataset):
             self.dataset.resize(self.rows, axis=0)
-            self.dataset[self.rows - len(rows) :] = rows
+        for first, rows in _joined(self._waiting):
+            self.dataset[first : first + len(rows)] = rows
             if self.crc is not None:
                 self.crc = crc_of(rows, self.crc)
-            self._waiting.clear()
+        self._waiting.clear()
 
 
 class ColumnTable(Mapping[str, GrowingDataset]):
@@ -256,16 +278,26 @@ class Store:
         for name, value in values.items():
             self.array(group[name], value)
 
-    def append(self, rows: Mapping[GrowingDataset, ArrayLike]) -> None:
+    def append(self, rows: Mapping[GrowingDataset, ArrayLike | SomeRows]) -> None:
         """Add rows to columns: to all of them or, if one does not fit, to none.
 
         Args:
             rows: Rows by column, in the unit of the column, shape (row, …).
         """
-        converted = {column: column.convert(values) for column, values in rows.items()}
-        for column, data in converted.items():
-            column.append(data)
+        converted: list[tuple[GrowingDataset, NDArray[Any], SomeRows | None]] = []
+        for column, values in rows.items():
+            some = values if isinstance(values, SomeRows) else None
+            data = column.convert(values if some is None else some.data)
+            converted.append((column, data, some))
+        for column, data, some in converted:
             self.waiting += data.nbytes
+            if some is None:
+                column.append(data)
+                continue
+            for group in data:
+                column.skip(some.first)
+                column.append(group)
+                column.skip(some.total - some.first - len(group))
 
     def write(self) -> None:
         """Hand all waiting rows to HDF5, without committing them."""
@@ -349,6 +381,22 @@ class Store:
     def row_counts(self) -> dict[str, int]:
         """Return how many rows each column has."""
         return {path: column.rows for path, column in self.columns.items()}
+
+
+def _joined(
+    waiting: Sequence[tuple[int, NDArray[Any]]],
+) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yield places with rows, those together that follow one another."""
+    first = 0
+    while first < len(waiting):
+        (place, rows), stop = waiting[first], first + 1
+        end = place + len(rows)
+        while stop < len(waiting) and waiting[stop][0] == end:
+            end += len(waiting[stop][1])
+            stop += 1
+        several = [each for _, each in waiting[first:stop]]
+        yield place, rows if len(several) == 1 else np.concatenate(several)
+        first = stop
 
 
 def _entries(dataset: DatasetSpec, value: object) -> NDArray[Any]:

@@ -25,8 +25,8 @@ from tissuec.results.grid_frames import CellTables, read_triangles, write_head
 from tissuec.results.hdf5 import copy_to
 from tissuec.results.mesh import CellGrid
 from tissuec.results.recording import SurfaceChannel
-from tissuec.results.schema import SURFACES
-from tissuec.results.store import ColumnTable, GrowingDataset, Store, member_name
+from tissuec.results.schema import CELL_TABLE, SURFACES
+from tissuec.results.store import ColumnTable, GrowingDataset, Store, member_name, sized
 
 SURFACE_ROOT = SURFACES.path.rpartition("/")[0]
 _MOST_AT_ONCE = 1 << 17  # points: 3 MB of positions
@@ -84,7 +84,8 @@ class SurfaceTable:
                 self.path, name=channel.body, number=number, kind=channel.kind, entries=entries
             )
         size = self._body.size(self._smoothing.subdivisions)
-        self._cells = CellTables(self._store, datasets, size)
+        cells = {name: sized(datasets[name], size) for name in CELL_TABLE}
+        self._cells = CellTables(self._store, cells)
         self._columns = ColumnTable(self._store, steps_of(datasets))
         points = datasets["Points"].of(kind=self._kind, chunk=min(_CHUNK_ROWS, 16 * size))
         self._points = self._store.column(points)
