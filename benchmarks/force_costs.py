@@ -42,8 +42,6 @@ simulate {{ duration = 1 s }}
 """
 BLOCK = "lattice { cell = 2 mm; box from (0, 0, 0) mm to (24, 24, 24) mm }"
 BALL = "sphere { centre = (0, 0, 0) mm; radius = 20 mm; subdivisions = 3 }"
-SPRINGS = {"mesh": BALL, "body": "made of springs; thickness = 1 mm", "poisson": "1/3",
-           "matter": "retardation time = 0 s"}  # fmt: skip
 SHEET = {
     "mesh": "sheet { corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; "
             "second edge = (0, 40, 0) mm; columns = 21; rows = 21 }",
@@ -92,8 +90,6 @@ FEATURES = (
     Feature("triangle of a wall, with bending", "membranes", WALL),
     Feature("triangle: viscosity", "membranes", WALL | {"matter": VISCOUS}, WALL),
     Feature("triangle: one branch", "membranes", WALL | {"matter": BRANCH}, WALL),
-    Feature("hinge of a wall of springs", "bending",
-            SPRINGS | {"body": f"{SPRINGS['body']}; bending is elastic"}, SPRINGS),
     Feature("triangle: pressure", "membranes",
             WALL | {"more": "script { at 0 s: press piece with 1 Pa }"}, WALL),
     Feature("triangle: contact of faces with a floor", "membranes", SHEET, APART),

@@ -185,11 +185,11 @@ def _body(draft, name, gap=0.0, velocity=None, shapes=SHAPES):
     is_matter = shape not in ("thread", "cloud") and draft.chance(0.75)
     tissue = _matter(draft, shape) if is_matter else _springs(draft)
     mesh, draft.height = _mesh(draft, name, shape, bottom)
-    entries = [f"mesh is {mesh}", f"tissue is {name} tissue", "made of springs"]
+    entries = [f"mesh is {mesh}", f"tissue is {name} tissue"]
     if "breaking" in tissue:
         entries.append("rupture is allowed")
     if shape in WALLS:
-        entries.append(f"bending is {'elastic' if is_matter else 'stiff'}" * draft.chance(0.8))
+        entries.append("bending is stiff" * draft.chance(0.8))
         thickness = draft.random.uniform(0.03, 0.15) * draft.length
         entries.append(f"thickness = {thickness!r} m" * is_matter)
     if velocity is not None:
@@ -295,14 +295,12 @@ def _springs(draft):
 
 
 def _matter(draft, shape):
-    """Return entries of a tissue in pascals."""
+    """Return entries of a tissue with a density, and times for what is viscous."""
     relaxing = draft.about(0.1, 3.0) * draft.length / draft.speed
-    ratio = f"Poisson's ratio = {draft.random.uniform(0.3, 0.49)!r}"
     entries = [
-        f"Young's modulus = {draft.modulus * draft.about(0.3, 3.0)!r} Pa",
+        f"spring constant = {0.3 * draft.modulus * draft.length * draft.about(0.3, 3.0)!r} N/m",
         "density = 1000 kg/m^3",
         f"retardation time = {_lag(draft)!r} s",
-        ratio * (draft.chance(0.4) and shape == "block"),
         f"relaxing share = 0.5; relaxation time = {relaxing!r} s" * draft.chance(0.1),
         "breaking strain = 30 %" * draft.chance(0.15),
     ]

@@ -11,8 +11,8 @@ from tissuec.core.errors import CompileError
 from tissuec.core.structs import replace
 
 FALLING = """language 1
-tissue skin { Young's modulus = 20 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
-body piece { made of springs; mesh is MESH; tissue is skin; thickness = 2 mm }
+tissue skin { spring constant = 20 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
+body piece { mesh is MESH; tissue is skin; thickness = 2 mm }
 environment { gravity = (0, 0, -9.81) m/s^2; DAMPING }
 simulate { duration = 30 ms; tolerance = 1e-6 }
 output { trajectory every 10 ms; energy every 10 ms }

@@ -11,9 +11,9 @@ from tests.hand_net import make_net, start
 from tissuec.core.structs import replace
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.forces.surfaces.bending import folds, hinges_at
-from tissuec.matter.plate import plate
 from tissuec.mechanics.observables import inner_forces
 from tissuec.mechanics.settling import settle
+from tissuec.meshes.generators.joining import around_edges
 from tissuec.meshes.generators.tube import Tube
 from tissuec.model.topology import PairIndex
 from tissuec.validate.forces.bending import Folding, turned_hinges
@@ -28,15 +28,15 @@ TUBE = Tube(
 def shell(stiffness=1e-4, damping=0.0, **more):
     """Return the net of a tube that resists bending, with unlike hinges."""
     mesh = TUBE.build()
-    found = plate(mesh)
+    nodes = around_edges(mesh.skin)
     sides = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
-    walls, which = PairIndex(mesh.ends).between(found.nodes[:, sides].reshape(-1, 2))
-    uneven = 1.0 + 0.2 * np.sin(np.arange(len(found.nodes)))
+    walls, which = PairIndex(mesh.ends).between(nodes[:, sides].reshape(-1, 2))
+    uneven = 1.0 + 0.2 * np.sin(np.arange(len(nodes)))
     hinges = hinges_at(
         mesh.position,
-        found.nodes,
-        stiffness * uneven * found.constant,
-        damping * uneven * found.constant,
+        nodes,
+        stiffness * uneven,
+        damping * uneven,
         walls,
         which // len(sides),
     )

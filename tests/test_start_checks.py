@@ -64,10 +64,9 @@ simulate { duration = 1 s }
 
 def test_a_long_run_names_the_tissue_that_causes_it():
     text = """language 1
-tissue soft { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 0 s }
-tissue stiff { Young's modulus = 72 MPa; density = 1000 kg/m^3; retardation time = 0 s }
+tissue soft { spring constant = 5 N/m; density = 1000 kg/m^3; retardation time = 0 s }
+tissue stiff { spring constant = 72000 N/m; density = 1000 kg/m^3; retardation time = 0 s }
 body block {
-  made of springs
   mesh is lattice {
     kind is sodium chloride; cell = 2 mm; reach is second neighbours
     box from (0, 0, 0) mm to (20, 20, 10) mm
@@ -88,10 +87,10 @@ simulate { duration = 100 s; integrator is dop853 }
 
 def test_expensive_implicit_steps_name_the_largest_body(monkeypatch):
     text = """language 1
-tissue soft { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 50 ms }
-tissue stiff { Young's modulus = 72 kPa; density = 1000 kg/m^3; retardation time = 50 ms }
-body small { made of springs; mesh is LATTICE to (10, 10, 4) mm }; tissue is stiff }
-body large { made of springs; mesh is LATTICE to (20, 20, 10) mm }; tissue is soft }
+tissue soft { spring constant = 5 N/m; density = 1000 kg/m^3; retardation time = 50 ms }
+tissue stiff { spring constant = 72 N/m; density = 1000 kg/m^3; retardation time = 50 ms }
+body small { mesh is LATTICE to (10, 10, 4) mm }; tissue is stiff }
+body large { mesh is LATTICE to (20, 20, 10) mm }; tissue is soft }
 environment { gravity = (0, 0, 0) m/s^2; contact is off }
 simulate { duration = 1 ms; integrator is esdirk43 }
 """.replace(

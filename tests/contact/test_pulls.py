@@ -7,7 +7,7 @@ from tests.contact.scenes import play
 
 SHEET = """language 1
 tissue gel {{
-  Young's modulus = 20 kPa; {tissue} density = 1000 kg/m^3
+  {tissue} density = 1000 kg/m^3
   retardation time = 5 ms
 }}
 body sheet {{
@@ -30,8 +30,16 @@ simulate {{ duration = 20 ms; tolerance = 1e-2 }}
 output {{ trajectory every 0.1 ms }}
 """
 KINDS = {
-    "elements": {"made": "made of elements", "tissue": "Poisson's ratio = 0.3;", "mesh": ""},
-    "springs": {"made": "made of springs", "tissue": "", "mesh": "diagonals is both"},
+    "elements": {
+        "made": "made of elements",
+        "tissue": "Young's modulus = 20 kPa; Poisson's ratio = 0.3;",
+        "mesh": "",
+    },
+    "springs": {
+        "made": "made of springs",
+        "tissue": "spring constant = 15 N/m;",
+        "mesh": "diagonals is both",
+    },
 }
 PASSES = "passes through a surface"
 

@@ -25,8 +25,8 @@ THREAD = (
 
 def text_of(mesh, more="", duration="20 ms"):
     return f"""language 1
-tissue gel {{ Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }}
-body piece {{ made of springs; mesh is {mesh}; tissue is gel }}
+tissue gel {{ spring constant = 10 N/m; density = 1000 kg/m^3; retardation time = 5 ms }}
+body piece {{ mesh is {mesh}; tissue is gel }}
 tool plate {{ kind is plane; point = (0, 0, -0.1) mm; normal = (0, 0, 1) }}
 environment {{ gravity = (0, 0, 0) m/s^2; contact is tools only; contact layer = 0.1 mm
   contact surface stiffness = 5 MPa/m; {more} }}

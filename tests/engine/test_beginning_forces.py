@@ -45,13 +45,13 @@ KNOB = (
 LANDING = "gravity = (0, 0, -9.81) m/s^2; contact is tools only; contact layer = 1 mm"
 PULL = "from 20 ms to 40 ms: push tip with (0.05, 0.1, 0.02) N using smooth profile"
 BALL = """body ball {
-  made of springs; mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 0 }
+  mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 0 }
   tissue is cord }
 set wall = nodes of ball where z < -8 mm
 """
-SHEET = """tissue skin { Young's modulus = 20 kPa; density = 1000 kg/m^3
+SHEET = """tissue skin { spring constant = 14 N/m; density = 1000 kg/m^3
   retardation time = 1 ms }
-body sheet { made of springs; mesh is sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm
+body sheet { mesh is sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm
   second edge = (0, 10, 0) mm; rows = 2; columns = 3; diagonals is both }
   tissue is skin; thickness = 1 mm; BODY }
 set wall = nodes of sheet where x < 1 mm
@@ -63,10 +63,10 @@ BED = """force bed { kind is foundation; acts on sheet; stiffness = 20 kPa/m
 NOZZLE = """tool nozzle { kind is nozzle; diameter = 2 mm; tip = (14, 5, 15) mm
   direction = (0, 0, -1) }
 """
-LEDGE = """tissue rock { Young's modulus = 50 kPa; density = 2000 kg/m^3
+LEDGE = """tissue rock { spring constant = 35 N/m; density = 2000 kg/m^3
   retardation time = 1 ms }
 body ledge {
-  made of springs; mesh is sheet { corner = (-8, -8, 0) mm; first edge = (30, 0, 0) mm
+  mesh is sheet { corner = (-8, -8, 0) mm; first edge = (30, 0, 0) mm
   second edge = (0, 30, 0) mm; rows = 2; columns = 2; diagonals is both }
   tissue is rock; thickness = 1 mm }
 set wall = nodes of ledge where x < 99 mm

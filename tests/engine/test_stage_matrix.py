@@ -48,8 +48,6 @@ CASES = {
         "memory": f"{TWICE}; {YIELDING}; solid law is mooney rivlin {{ share = 0.4 }}"},
     "a wall that relaxes": {"mesh": SHEET, "body": WALL, "memory": TWICE},
     "a wall": {"mesh": SHEET, "body": WALL, "memory": "retardation time = 3 ms"},
-    "hinges": {"mesh": SHEET, "body": "made of springs; thickness = 1 mm; bending is elastic",
-               "memory": "retardation time = 3 ms", "poisson": "1/3"},
     "springs that relax": SPRINGS | {"cord": RELAXES},
     "springs that relax and yield": SPRINGS | {
         "cord": f"{RELAXES}; yield force = 1 uN; yield viscosity = 1 N*s/m"},

@@ -7,7 +7,6 @@ from tests.derivatives import agree, follow_from_the_energy, forces
 from tests.forces.test_pressure import network_of, shaken
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out, same_on_threads, same_when_resumed
-from tissuec.compiler.checks.coarse_bodies import coarse
 from tissuec.core.structs import replace
 from tissuec.forces.enclosed.fluids import FluidCavities
 from tissuec.forces.enclosed.pressed_sides import NoSide, Pressed, pressed_faces
@@ -124,28 +123,6 @@ def test_each_space_is_a_cavity_of_its_own_and_leaks_alone():
     alive[fluid.walls[fluid.walled == 0][0]] = False
     assert fluid.lost_items(alive).tolist() == [0]
     np.testing.assert_allclose(forces(fluid.intact(alive), position), alone, atol=1e-12)
-
-
-@pytest.mark.filterwarnings("ignore:.*is not isotropic")
-def test_a_net_of_a_solid_is_looked_at_without_the_fluid_in_it():
-    tube = "axis from (0, 0, 0) mm to (0, 0, 30) mm; inner radius = 3 mm; outer radius = 5 mm"
-    told = [
-        [
-            each.message
-            for each in coarse(
-                compiled_scene(
-                    "language 1\ntissue flesh { Young's modulus = 100 kPa; density = 1 g/ml\n"
-                    "  retardation time = 1 ms }\n"
-                    "body duct { tissue is flesh; made of springs\n"
-                    f"  mesh is thick tube {{ {tube}; rings = 9; sides = 12; layers = 2 }} }}\n"
-                    "environment { gravity = (0, 0, 0) m/s^2 }\n"
-                    f"script {{ at 0 s: {order} }}\nsimulate {{ duration = 1 ms }}\n"
-                )
-            )
-        ]
-        for order in ("settle", "preserve volume inside of duct with 1 kPa with caps")
-    ]
-    assert told[0] == told[1]
 
 
 def test_an_open_wall_keeps_no_fluid():

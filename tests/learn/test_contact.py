@@ -15,13 +15,12 @@ from tissuec.learn.fit.session import prepare
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 
-FLESH = """tissue flesh { Young's modulus = 20 kPa; density = 1000 kg/m^3
+FLESH = """tissue flesh { spring constant = 20 N/m; density = 1000 kg/m^3
   retardation time = 1 ms }"""
 #: A pad that falls on a plate that is aslant, and springs back.
 PAD = f"""language 1
 {FLESH}
 body pad {{
-  made of springs
   mesh is lattice {{ kind is sodium chloride; cell = 5 mm; reach is second neighbours
   box from (0, 0, 1) mm to (10, 10, 6) mm }}; tissue is flesh }}
 tool plate {{ kind is plane; point = (0, 0, 0) mm; normal = (0.1, 0.05, 1) }}
@@ -34,10 +33,10 @@ simulate {{ duration = 20 ms; tolerance = 1e-8 }}
 BALL = f"""language 1
 {FLESH}
 body ball {{
-  made of springs; mesh is sphere {{ centre = (1, 2, 6) mm; radius = 4 mm; subdivisions = 1 }}
+  mesh is sphere {{ centre = (1, 2, 6) mm; radius = 4 mm; subdivisions = 1 }}
   tissue is flesh; thickness = 2 mm }}
 body floor {{
-  made of springs; mesh is sheet {{ corner = (-10, -10, 0) mm; first edge = (20, 0, 0) mm
+  mesh is sheet {{ corner = (-10, -10, 0) mm; first edge = (20, 0, 0) mm
   second edge = (0, 20, 0) mm; columns = 5; rows = 5; diagonals is both }}
   tissue is flesh; thickness = 2 mm }}
 set rim = nodes of floor where x < -9 mm or x > 9 mm
@@ -78,7 +77,7 @@ def test_the_wider_a_motion_the_wider_is_what_counts_as_near():
 #: A block whose top is moved down onto a rod, along which it bends.
 PRESSED = f"""language 1
 {FLESH}
-body block {{ made of springs; mesh is lattice {{ kind is sodium chloride; cell = 5 mm
+body block {{ mesh is lattice {{ kind is sodium chloride; cell = 5 mm
   reach is second neighbours
   box from (0, 0, 0) mm to (15, 10, 5) mm }}; tissue is flesh }}
 set top = nodes of block where z > 4 mm
@@ -90,7 +89,7 @@ simulate {{ duration = 1 s }}
 learn flesh {{ data = "data.csv"; displacement of top using column "u" in mm
   fit = force({{of}}) using columns "f g h" in N
   fit = position(middle) along (0, 0, 1) using column "f" in mm
-  adjust Young's modulus; adjust density }}
+  adjust spring constant; adjust density }}
 """
 
 

@@ -19,12 +19,12 @@ from tissuec.forces.matrices import ForceDerivatives, numbers_of
 from tissuec.kernels.records import IntegerRows, Rows
 from tissuec.learn.parameters.numbers import derivatives_of
 
-#: A bag of 42 nodes: a wall that resists bending, encloses a volume and lies on a foundation.
+#: A bag of 42 nodes: a wall that encloses a volume and lies on a foundation.
 BAG = """language 1
-tissue wall { Young's modulus = 40 kPa; density = 1000 kg/m^3; retardation time = 0.3 ms }
+tissue wall { spring constant = 28 N/m; density = 1000 kg/m^3; retardation time = 0.3 ms }
 body bag {
-  made of springs; mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
-  tissue is wall; thickness = 1 mm; bending is elastic }
+  mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
+  tissue is wall; thickness = 1 mm }
 force bed { kind is foundation; acts on bottom; stiffness = 200 kPa/m; damping = 30 Pa*s/m }
 set bottom = nodes of bag where z < -5 mm
 set top = nodes of bag where z > 9 mm

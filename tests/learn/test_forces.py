@@ -16,8 +16,8 @@ from tissuec.scene.request import Request
 
 SHEET = """language 1
 param ground = {ground}
-tissue wall {{ Young's modulus = 40 kPa; density = 1000 kg/m^3; retardation time = 1 ms }}
-body sheet {{ made of springs; tissue is wall; thickness = 1 mm
+tissue wall {{ spring constant = 28 N/m; density = 1000 kg/m^3; retardation time = 1 ms }}
+body sheet {{ tissue is wall; thickness = 1 mm
   mesh is sheet {{ corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm
     second edge = (0, 10, 0) mm; columns = 4; rows = 2; diagonals is both }} }}
 set pulled = nodes of sheet where x > 19 mm

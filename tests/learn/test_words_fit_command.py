@@ -146,10 +146,8 @@ def test_a_place_where_files_are_missing_is_refused_before_the_fit(apart, ran):
 
 SCENE = """
 body block {
-  made of springs
   mesh is lattice {
-    kind is sodium chloride; cell = 5 mm; box from (0, 0, 0) mm to (5, 5, 5) mm
-    reach is second neighbours
+    cell = 5 mm; box from (0, 0, 0) mm to (5, 5, 5) mm
   }
   tissue is gel A
 }

@@ -22,7 +22,7 @@ def scene(tissue: str, body: str) -> tuple[Network, Plan]:
 def _text(tissue: str, body: str) -> str:
     return f"""language 1
 tissue gel {{ {tissue} }}
-body piece {{ made of springs; {body}; tissue is gel }}
+body piece {{ {body}; tissue is gel }}
 environment {{ gravity = (0, 0, 0) m/s^2 }}
 simulate {{ duration = 1 ms; tolerance = 1e-6; integrator is dop853 }}
 """
@@ -57,11 +57,9 @@ def stiffness(network: Network, plan: Plan | None = None) -> csc_matrix:
 def volumes(network: Network) -> tuple[csc_matrix, np.ndarray]:
     """Return how cells grow with places of nodes, and how large they are.
 
-    Those of tetrahedra are quarters around nodes. Of a lattice, the volume within faces is a
-    third of the sum of r · A over their triangles, each face being cut both ways in halves.
+    The volume within faces is a third of the sum of r · A over their triangles, each face being
+    cut both ways in halves.
     """
-    if network.bodies[0].tetrahedra is not None:
-        return quarters(network.position, network.bodies[0].tetrahedra)
     faces, _ = network.bodies[0].cells()
     x = network.position
     count = len(faces)
@@ -75,53 +73,6 @@ def volumes(network: Network) -> tuple[csc_matrix, np.ndarray]:
                 for axis in range(3):
                     slopes[np.arange(count), 3 * one + axis] += area[:, axis]
     return csc_matrix(slopes), drawn
-
-
-def quarters(x: np.ndarray, cells: np.ndarray) -> tuple[csc_matrix, np.ndarray]:
-    """Return how quarters of tetrahedra around each node grow, and how large they are.
-
-    Parallelograms in the surface count with the mean of both diagonals: half of the tetrahedron
-    of their corners, which is flat as drawn, is added.
-    """
-    sign = np.sign(np.linalg.det(x[cells[:, 1:]] - x[cells[:, :1]]))
-    flat = _parallelograms(x, cells, sign)
-    cells = np.concatenate([cells, flat])
-    part = np.concatenate([sign, np.full(len(flat), 0.5)])
-    a, b, c, d = np.moveaxis(x[cells], 1, 0)
-    by = [np.cross(c - a, d - a), np.cross(d - a, b - a), np.cross(b - a, c - a)]
-    content = np.einsum("ti,ti->t", b - a, by[0]) / 6.0 * part
-    by = np.stack([-sum(by), *by], axis=1) / 6.0 * part[:, None, None]
-    columns = 3 * cells[:, :, None] + np.arange(3)
-    rows = np.broadcast_to(np.arange(len(cells))[:, None, None], columns.shape)
-    grows = coo_matrix((by.ravel(), (rows.ravel(), columns.ravel())), (len(cells), x.size))
-    around = coo_matrix(
-        (np.full(cells.size, 0.25), (cells.ravel(), np.repeat(np.arange(len(cells)), 4))),
-        shape=(len(x), len(cells)),
-    ).tocsr()
-    return csc_matrix(around @ grows.tocsr()), np.asarray(around @ content)
-
-
-def _parallelograms(x: np.ndarray, cells: np.ndarray, sign: np.ndarray) -> np.ndarray:
-    """Return corners of tetrahedra that are what parallelograms miss outside of triangles."""
-    faces: dict[frozenset, tuple] = {}
-    for cell, turn in zip(cells.tolist(), sign.tolist(), strict=True):
-        a, b, c, d = cell if turn > 0.0 else (cell[0], cell[2], cell[1], cell[3])
-        for face in ((b, c, d), (a, d, c), (a, b, d), (a, c, b)):
-            if faces.pop(frozenset(face), None) is None:
-                faces[frozenset(face)] = face
-    beside: dict[tuple, int] = {}
-    for a, b, c in faces.values():
-        beside |= {(a, b): c, (b, c): a, (c, a): b}
-    found = []
-    for (p, q), top in beside.items():
-        other = beside.get((q, p))
-        if p < q and other is not None:
-            sides = [np.linalg.norm(x[one] - x[end]) for one in (top, other) for end in (p, q)]
-            diagonal = np.linalg.norm(x[p] - x[q])
-            bent = np.linalg.norm(x[top] + x[other] - x[p] - x[q])
-            if bent < 1e-6 * diagonal and diagonal > max(sides) * (1.0 + 1e-6):
-                found.append((top, q, other, p))  # above 0 where the other diagonal bulges
-    return np.array(found, dtype=int).reshape(-1, 4)
 
 
 def moved(matrix: csc_matrix, held: dict[int, float]) -> tuple[np.ndarray, np.ndarray]:

@@ -35,6 +35,11 @@ THREAD = (
 )
 
 
+def of_springs(text):
+    """Return what a text says of a modulus for the constants of springs."""
+    return text.replace("Young's modulus", "spring constant").replace("kPa", "N/m")
+
+
 def compiled(body, tissue=TISSUE, more=""):
     text = f"""language 1
 tissue gel {{ {tissue} }}
@@ -94,9 +99,12 @@ def test_a_graded_bar_is_as_stiff_as_its_compliances_in_a_row(kind):
             "solid": (SOLID.format(cell=cell, width=2 * cell), "; Poisson's ratio = 0"),
             "wall": (SHEET.format(width=2 * cell, columns=count + 1), "; Poisson's ratio = 0"),
             "thread": (THREAD.format(pieces=count), ""),
-            "springs": ("made of springs; " + LATTICE.format(cell=cell, width=2 * cell), ""),
+            "springs": (LATTICE.format(cell=cell, width=2 * cell), ""),
         }[kind]
-        nets = [compiled(text, TISSUE + tissue).network for text in (f"{body}; {YOUNG}", body)]
+        given, young = TISSUE + tissue, YOUNG
+        if kind == "springs":
+            given, young = of_springs(TISSUE), of_springs(YOUNG)
+        nets = [compiled(text, given).network for text in (f"{body}; {young}", body)]
         if kind == "thread":  # whose knots are no part of it
             pieces = [net.springs.stiffness[net.bodies[0].thread.pieces] for net in nets]
             graded, even = (1.0 / (1.0 / each).sum() for each in pieces)
@@ -147,10 +155,11 @@ def test_a_graded_density_has_the_mass_and_centre_of_its_integral(kind):
             f"radius = 5 mm; cell = {cell / 2} mm }}",
             "wall": SHEET.format(width=10, columns=count + 1),
             "thread": THREAD.format(pieces=count),
-            "springs": "made of springs; " + LATTICE.format(cell=cell, width=10),
+            "springs": LATTICE.format(cell=cell, width=10),
         }[kind]
-        graded = compiled(f"{body}; {DENSITY}").network
-        even = compiled(body).network
+        tissue = of_springs(TISSUE) if kind == "springs" else TISSUE
+        graded = compiled(f"{body}; {DENSITY}", tissue).network
+        even = compiled(body, tissue).network
         # The integral of a linear density over a bar that is even across is exact.
         assert graded.mass.sum() == pytest.approx(1.25 * even.mass.sum(), rel=1e-9)
         centre = graded.mass @ graded.position[:, 0] / graded.mass.sum()

@@ -14,7 +14,7 @@ from tissuec.mechanics.deformation import six
 BAR = """language 1
 tissue liver {{ Young's modulus = 10 kPa; density = 1000 kg/m^3; {law} }}
 body bar {{
-  made of {made}
+  made of elements
   mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to ({long}, 5, 5) mm{more} }}
   tissue is liver
 }}
@@ -31,8 +31,8 @@ output {{ trajectory every 10 ms; blocks }}
 MODULUS = 10e3  # [Pa]
 
 
-def scene(law, *, made="elements", long=5, more=""):
-    return BAR.format(law=law, made=made, long=long, more=more)
+def scene(law, *, long=5, more=""):
+    return BAR.format(law=law, long=long, more=more)
 
 
 def elements(text):
@@ -109,8 +109,8 @@ def test_parts_of_a_body_have_laws_of_their_own():
     assert set(field.law.tolist()) == {0, 2}
 
 
-def fibred(law, *, made="elements", more="fibres = (1, 0, 0)"):
-    return scene(law, made=made).replace("  tissue is liver\n", f"  tissue is liver; {more}\n")
+def fibred(law, *, more="fibres = (1, 0, 0)"):
+    return scene(law).replace("  tissue is liver\n", f"  tissue is liver; {more}\n")
 
 
 @pytest.mark.parametrize("spread", ["", "; fibre dispersion = 0.2"])
@@ -156,24 +156,6 @@ def test_stiffening_fibres_follow_their_exponential():
         (fibred("fibre modulus = 5 kPa"), "the fibre modulus is less than Young's modulus"),
         (fibred("fibre modulus = 50 kPa", more="fibres is axial"), "only a tube can"),
         (fibred("fibre modulus = 50 kPa; fibre dispersion = 0.32"), "at most 0.3"),
-        (
-            fibred("fibre modulus = 50 kPa; fibre stiffening = 2", made="springs",
-                   more="fibres = (1, 0, 0)").replace("cell = 5 mm", "kind is sodium chloride; "
-                   "reach is second neighbours; cell = 5 mm"),
-            "a fibre stiffening has no effect on springs",
-        ),
-        (
-            fibred("fibre modulus = 50 kPa", made="springs",
-                   more="fibres = (1, 0, 0); second fibres = (0, 1, 0)").replace(
-                   "cell = 5 mm", "kind is sodium chloride; reach is second neighbours; "
-                   "cell = 5 mm"),
-            "only a body of elements can have a second family of fibres",
-        ),
-        (
-            scene("Poisson's ratio = 0.3; solid law is neo hookean", made="springs",
-                  more="; kind is sodium chloride; reach is second neighbours"),
-            "a solid law has no effect on springs",
-        ),
         (
             scene("stress of strain = 10 kPa * strain; solid law is neo hookean"),
             "a solid law and a curve of stress exclude each other",

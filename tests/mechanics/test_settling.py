@@ -383,9 +383,8 @@ def test_everything_held_leaves_nothing_to_do():
 
 
 ON_A_DESK = """language 1
-tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 2 ms }
+tissue gel { spring constant = 10 N/m; density = 1000 kg/m^3; retardation time = 2 ms }
 body block {
-  made of springs
   mesh is lattice { kind is sodium chloride; cell = 5 mm; reach is second neighbours
                     box from (0, 0, 0) mm to (10, 10, 10) mm }
   tissue is gel

@@ -31,7 +31,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 SCENE = """language 1
 use "tissues/fat"
-tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue gel { spring constant = 20 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
 tissue silk { Young's modulus = 1 MPa; density = 1000 kg/m^3; retardation time = 1 ms }
 body pad {
   mesh is sheet {
@@ -458,8 +458,8 @@ def test_a_homogeneous_strain_of_a_lattice_is_returned(tmp_path):
 
 
 BAR = """language 1
-tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms RATIO }
-body bar { made of springs; MESH; tissue is gel }
+tissue gel { spring constant = 10 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
+body bar { MESH; tissue is gel }
 set left = nodes of bar where x < 0.1 mm
 set right = nodes of bar where x > 29.9 mm
 environment { gravity = (0, 0, 0) m/s^2; damping = 2 mN*s/m }
@@ -481,20 +481,15 @@ WALL = (
 
 
 @pytest.mark.parametrize(
-    ("mesh", "ratio"),
+    "mesh",
     [
-        (LATTICE.replace("KIND", "sodium chloride"), ""),
-        pytest.param(
-            LATTICE.replace("KIND", "sodium chloride"),
-            "; Poisson's ratio = 0.45",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(LATTICE.replace("KIND", "caesium chloride"), "", marks=pytest.mark.slow),
-        (WALL, ""),
+        LATTICE.replace("KIND", "sodium chloride"),
+        pytest.param(LATTICE.replace("KIND", "caesium chloride"), marks=pytest.mark.slow),
+        WALL,
     ],
 )
-def test_von_mises_stress_of_a_pulled_bar_is_its_force_over_its_section(tmp_path, mesh, ratio):
-    text = BAR.replace("MESH", mesh).replace("RATIO", ratio)
+def test_mean_stress_of_a_pulled_net_is_its_force_over_its_section(tmp_path, mesh):
+    text = BAR.replace("MESH", mesh)
     compiled, result = run_to(tmp_path, text)
     with Trajectory.open(result.path) as trajectory:
         pull = abs(np.asarray(trajectory.logs["force of right"].value)[-1, 0])
@@ -505,13 +500,16 @@ def test_von_mises_stress_of_a_pulled_bar_is_its_force_over_its_section(tmp_path
     ends = points(block)[middle]
     height = 1e-3 if "sheet" in mesh else np.ptp(ends[:, 2])
     stress = pull / (np.ptp(ends[:, 1]) * height)
-    assert stress == pytest.approx(540.0, rel=0.1)
     across = [1] if "sheet" in mesh else [1, 2]
+    # Nodes of a side stand for half as much of the section; springs in sides are as stiff as
+    # those inside, so that it is the mean over the section that balances the force.
+    at_side = np.isclose(np.abs(drawn[middle][:, across] - 5e-3), 5e-3)
+    weight = np.where(at_side, 0.5, 1.0).prod(axis=1)
+    found = at_points(block)["stress"][middle, 0]
+    assert weight @ found / weight.sum() == pytest.approx(stress, rel=0.02)
     inner = middle & (np.abs(drawn[:, across] - 5e-3) < 2.6e-3).all(axis=1)
     assert inner.sum() == 3 ** len(across)
-    assert at_points(block)["von_mises"][inner] == pytest.approx(stress, rel=0.02)
-    assert at_points(block)["stress"][inner, 0] == pytest.approx(stress, rel=0.02)
-    assert np.abs(at_points(block)["stress"][inner, 1:]).max() < 0.02 * stress
+    assert np.abs(at_points(block)["stress"][inner, 3:]).max() < 0.02 * stress
 
 
 # --- shipped scenes ---------------------------------------------------------------------------

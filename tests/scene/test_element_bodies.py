@@ -67,23 +67,50 @@ def refusal(body="made of elements", **parts) -> tuple[str, str]:
     return f"{found.code}: {found.message}", found.hint
 
 
-def test_solids_of_matter_consist_of_elements_unless_they_are_made_of_springs():
+def test_solids_of_matter_consist_of_elements():
     assert elements(compiled("")).item_count == 64
-    springs = "kind is sodium chloride; reach is second neighbours"
-    net = compiled("made of springs", mesh=springs, tissue="viscosity = 1 mN*s/m").network
-    assert not net.of_kind("elements") and net.springs.stiffness.all()
 
 
-def test_a_region_of_single_springs_makes_a_net_of_the_whole_body():
+@pytest.mark.parametrize("kind", ["", "kind is sodium chloride; reach is second neighbours"])
+def test_solids_of_matter_cannot_be_made_of_springs(kind):
+    found = finding_of(compile_request, scene("made of springs", mesh=kind))
+    assert (found.code, found.span.text) == ("TIS306", "made of springs")
+    assert "a solid or a wall in pascals consists of elements" in found.message
+    (edit,) = found.hint.edits
+    text = found.span.source.text
+    span = edit.at(found.span).span
+    left = text[: span.start] + edit.text + text[span.end :]
+    assert "made of" not in left
+    assert (_codes(left) == {"TIS306"}) == bool(kind)  # of the reach of springs
+
+
+def test_a_region_of_single_springs_is_refused():
     own = "tissue own { spring constant = 4 N/m; viscosity = 1 mN*s/m; mass = 1 mg }\n"
-    region = "interface is mean; region top where z > 12 mm { tissue is own }"
-    springs = "kind is sodium chloride; reach is second neighbours"
-    net = compiled(region, mesh=springs, more=own, tissue="viscosity = 1 mN*s/m").network
-    assert not net.of_kind("elements")
+    region = "region top where z > 12 mm { tissue is own }"
+    found = finding_of(compile_request, scene(region, more=own))
+    assert found.message == "elements need a Young's modulus, but own describes springs"
+    assert found.span.text.startswith("region top")
+
+
+@pytest.mark.parametrize("quantity", ["shear viscosity = 2 Pa*s", "Young's modulus = 5 kPa"])
+def test_springs_of_a_solid_have_no_quantity_in_pascals(quantity):
+    text = f"""language 1
+tissue net {{ spring constant = 4 N/m; viscosity = 1 mN*s/m; mass = 1 mg }}
+tissue own like net {{ {quantity}; mass = 1 mg }}
+body block {{
+  mesh is lattice {{ kind is diamond; cell = 5 mm; box from (0, 0, 0) mm to (20, 20, 20) mm }}
+  tissue is net; springs where z > 9 mm {{ tissue is own }}
+}}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = 1 ms }}
+"""
+    found = finding_of(compile_request, Request(Source("block.tis", text)))
+    assert found.span.text == quantity
+    assert "elements, threads and bars have one" in found.message
 
 
 @pytest.mark.parametrize("what", ["reach is second neighbours", "kind is diamond"])
-def test_entries_of_springs_in_a_solid_of_matter_lead_to_made_of_springs(what):
+def test_entries_of_springs_in_a_solid_of_matter_lead_out(what):
     found = finding_of(compile_request, scene("", mesh=what))
     assert [note.message for note in found.notes] == [
         "a tissue with a Young's modulus is made of elements"
@@ -247,7 +274,6 @@ def test_properties_of_a_body_are_those_of_its_tissue():
     assert block.elasticity.young == pytest.approx((10e3,) * 3)
     assert block.elasticity.poisson == pytest.approx(0.3)
     assert block.retardation_time == pytest.approx(2e-3)
-    assert block.coarseness is None
     assert len(block.vibrations) == 3
     (two,) = properties_of(
         compiled("made of elements; region a where z > 9 mm { tissue is nut }")
@@ -382,8 +408,10 @@ def test_check_warns_of_a_prestressed_block_that_is_held_out_of_balance():
 
 def test_springs_have_no_direction_of_prestress():
     mesh = "kind is sodium chloride; reach is second neighbours"
-    body, tissue = "made of springs; prestress along (1, 0, 0)", "retardation time = 1 ms"
-    assert refusal(body, mesh=mesh, tissue=tissue)[0] == (
+    text = scene("prestress along (1, 0, 0)", mesh=mesh, tissue="retardation time = 1 ms")
+    text = text.source.text.replace("Young's modulus = 10 kPa", "spring constant = 10 N/m")
+    found = finding_of(compile_request, Request(Source("block.tis", text)))
+    assert f"{found.code}: {found.message}" == (
         "TIS306: only a body of elements has a direction of prestress"
     )
 
@@ -391,15 +419,12 @@ def test_springs_have_no_direction_of_prestress():
 def test_what_is_of_springs_is_refused_of_a_mesh():
     assert refusal(mesh="kind is diamond") == (
         "TIS306: diamond says where springs are, but elements are the cubic cells",
-        "write kind is sodium chloride, or made of springs",
+        'write "kind is sodium chloride"',
     )
     assert refusal(mesh="reach is second neighbours")[0] == (
         'TIS306: "reach" of a mesh is not available for elements'
     )
     assert compiled(mesh="kind is sodium chloride").network.spring_count == 300
-    assert refusal("made of springs", mesh="")[0] == (
-        'TIS304: mesh lattice needs "kind" for gel, which describes springs'
-    )
 
 
 def test_a_volume_is_preserved_by_the_elements_alone():

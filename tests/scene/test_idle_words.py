@@ -17,9 +17,8 @@ from tissuec.scene.request import Request
 SCENE = """language 1
 use "matter/liver"
 body lobe {
-  made of springs
   mesh is lattice {
-    kind is sodium chloride; reach is second neighbours; cell = 10 mm
+    cell = 10 mm
     box from (0, 0, 0) mm to (40, 20, 20) mm
   }
   tissue is liver
@@ -175,6 +174,8 @@ tissue gum { described in own; x is very low; spring constant = 4 N/m; viscosity
     assert found.code == "W205" and "gradual mean" in found.hint
     assert diagnostics(text + gradual.format("gradual mean")) == ()
     springs = SCENE.replace("matter", "tissues").replace("liver", "fat")
+    net = "lattice { kind is sodium chloride; reach is second neighbours\n"
+    springs = springs.replace("lattice {\n", net)
     (found,) = diagnostics(springs, "hardness of fat is very soft")
     assert found.code == "W205" and "fuzzy/soft_matter" in found.hint
     block = f"study s {{ vary hardness of fat = [soft, very soft]; measure {PULL} }}\n"

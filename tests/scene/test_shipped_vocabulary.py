@@ -195,15 +195,11 @@ tissue gland {
   hardness is soft; elasticity is medium; weight is medium
   shiftability is low; consistency is SMOOTH
 }
-body one { made of springs; mesh is lattice { BOX }; tissue is gland }
-body two { made of springs; mesh is lattice { BOX }; tissue is liver }
+body one { mesh is lattice { cell = 5 mm; CUBE }; tissue is gland }
+body two { mesh is lattice { kind is sodium chloride; cell = 5 mm; CUBE }; tissue is liver }
 environment { gravity = (0, 0, 0) m/s^2 }
 simulate { duration = 1 ms }
-""".replace(
-    "BOX",
-    "kind is sodium chloride; cell = 5 mm; box from (0, 0, 0) mm to (5, 5, 5) mm; "
-    "reach is second neighbours;",
-)
+""".replace("CUBE", "box from (0, 0, 0) mm to (5, 5, 5) mm")
 
 
 def read(text):
@@ -223,8 +219,8 @@ def test_two_vocabularies_stand_in_one_scene_and_each_concludes_its_own_quantiti
             "SMOOTH", "smooth"
         )
     )
-    own = compiled.network.springs.stiffness[len(compiled.network.springs.stiffness) // 2 :]
-    assert (own == alone.network.springs.stiffness).all()
+    two = compiled.network.bodies[1].springs
+    assert (compiled.network.springs.stiffness[two] == alone.network.springs.stiffness).all()
 
 
 def test_a_hedge_of_a_word_in_the_middle_is_warned_of():

@@ -10,9 +10,8 @@ from tissuec.scene.usual_ranges import USUAL
 SCENE = """language 1
 tissue gel {{ Young's modulus = {modulus}; density = {density}; retardation time = 5 ms }}
 body organ {{
-  made of springs
   mesh is lattice {{
-    kind is sodium chloride; reach is second neighbours; cell = {cell}
+    cell = {cell}
     box from (0, 0, 0) mm to {box}
   }}
   tissue is gel

@@ -106,21 +106,6 @@ def test_a_cut_through_a_wall_is_as_long_as_the_blade_in_it(degrees, cell):
     assert found.area == pytest.approx(5e-6 / np.cos(np.radians(degrees)), rel=1e-12)
 
 
-NETS = ["sodium chloride", "caesium chloride"]
-
-
-@pytest.mark.parametrize("degrees", [0.0, 20.0, 40.0])
-@pytest.mark.parametrize("kind", NETS)
-def test_a_cut_through_springs_has_nearly_the_area_of_the_blade_within_them(kind, degrees):
-    made = "made of springs"
-    text = block(1.25, made, f"kind is {kind}; reach is second neighbours; ")
-    found = [
-        surface(text, facing(degrees, (x, 5e-3, 5e-3))).area for x in (9.1e-3, 9.6e-3, 10.2e-3)
-    ]
-    area = 1e-4 / np.cos(np.radians(degrees))
-    assert np.mean(found) == pytest.approx(area, rel=0.015)
-
-
 def test_threads_are_cut_by_their_sections():
     text = FLESH.replace("200 J", "100 J") + """
 body string {
@@ -340,18 +325,6 @@ def test_scissors_feel_the_width_of_the_tissue_and_take_the_energy_of_its_area(p
     # 10 mm of 200 J/m^2 all the way, along the line.
     assert force[inside] == pytest.approx(np.array([[0.0, 2.0, 0.0]] * inside.sum()), rel=1e-6)
     assert np.all(force[(place < -0.1e-3) | (time > 0.9)] == 0.0)
-
-
-def test_a_net_of_springs_needs_the_energy_that_its_springs_account_for():
-    text = block(
-        2.5, "made of springs", "kind is sodium chloride; reach is second neighbours; "
-    )
-    played = play(text + CUT.format(start=-2, stop=12, profile="constant speed"))
-    _, energy = costs(played)
-    time, force = played.log("force of shears")
-    work = float(np.trapezoid(force[:, 1], time) * 14e-3 / 0.8)
-    assert work == pytest.approx(energy, rel=0.01)
-    assert energy == pytest.approx(RESISTANCE * 1e-4, rel=0.015)
 
 
 def test_a_cut_at_once_says_what_it_takes():

@@ -17,9 +17,13 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.analysis.element_constants import WallNodes, constants_of_elements
+from tissuec.analysis.net_constants import (
+    acting_springs,
+    constants_of_solid,
+    steepness_as_drawn,
+)
 from tissuec.analysis.vibration.modes import Modes, modes_of, out_of_balance
 from tissuec.compiler.bodies.drawn import Drawing
-from tissuec.compiler.bodies.solid_nets import SolidNet, acting_springs, steepness_as_drawn
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.script.initial_state import state_at_start
 from tissuec.core import arguments
@@ -28,7 +32,6 @@ from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.units import MASS, show
 from tissuec.matter.breaking import breaking_strains
-from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
 from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
@@ -106,8 +109,6 @@ class BodyProperties(Struct, frozen=True):
         area: Of a wall [m²].
         length: Of a thread, or of all bars together [m].
         elasticity: None where it could not be found.
-        coarseness: How much too stiff its cells make a solid of one tissue in bending and
-            torsion.
         retardation_time: Median of viscosity over spring constant [s].
         breaking: None where rupture is not allowed.
         vibrations: The lowest ones that something resists.
@@ -127,7 +128,6 @@ class BodyProperties(Struct, frozen=True):
     area: float | None = None
     length: float | None = None
     elasticity: Elasticity | None = None
-    coarseness: Coarseness | None = None
     retardation_time: float | None = None
     breaking: BreakingStrength | None = None
     vibrations: tuple[Vibration, ...] = ()
@@ -280,7 +280,6 @@ class _Examined:
             area=area,
             length=length,
             elasticity=elasticity,
-            coarseness=self._coarseness(elasticity),
             retardation_time=self._retardation_time(),
             breaking=self._breaking(elasticity),
             vibrations=tuple(self._vibrations(rest, frequencies)),
@@ -353,21 +352,13 @@ class _Examined:
             return None
         match self.kind:
             case "solid":
-                return SolidNet.of(self.part, self.drawing, self.state).elasticity()
+                return constants_of_solid(
+                    self.part, self.drawing, self.state, self.own, self.constant
+                )
             case "wall":
                 return self._of_wall()
             case "thread" | "bars":
                 return self._of_bars()
-
-    def _coarseness(self, elasticity: Elasticity | None) -> Coarseness | None:
-        if self.kind != "solid" or elasticity is None or self.part.is_made_of_elements:
-            return None
-        if not all((*elasticity.young, *elasticity.shear)):
-            return None
-        if len(tuple(self._tissues())) > 1:
-            self.notes.append("bending and torsion are not compared in several tissues")
-            return None
-        return SolidNet.of(self.part, self.drawing, self.state).coarseness(elasticity)
 
     def _of_elements(self) -> Elasticity | None:
         """Return the elastic constants of the elements of a body, if all have the same."""

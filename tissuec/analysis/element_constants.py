@@ -1,7 +1,8 @@
 """Elastic constants of elements at rest, from their material parameters.
 
-A family of fibres with the modulus β along the unit vector a adds β a a a a to the stiffness
-(``matter.solid``). This holds in tension only, as fibres bear no compression.
+A family of fibres with the modulus β along the unit vector a adds β a a a a to the stiffness: a
+body of Young's modulus E, stretched along a and free across, then has the modulus E + β,
+whatever its Poisson's ratio. This holds in tension only, as fibres bear no compression.
 """
 
 from typing import Any
@@ -9,8 +10,14 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from tissuec.matter.elasticity import Elasticity, frames_of_triangles, of_plane_stress, of_space
-from tissuec.matter.solid import Fibres
+from tissuec.matter.elasticity import (
+    IN_PLANE,
+    VOIGT,
+    Elasticity,
+    frames_of_triangles,
+    of_plane_stress,
+    of_space,
+)
 from tissuec.model.network import Floats, Grid
 
 _ALIKE = 1e-9  # rounding
@@ -52,7 +59,7 @@ def constants_of_elements(own: tuple[Any, ...], wall: WallNodes | None) -> Elast
         pairs = np.einsum("ti,tj->tij", along, along)
         if np.ptp(pairs, axis=0).max() > _PARALLEL or np.ptp(added) > _ALIKE * added.max():
             return None
-        more = more + Fibres(along[0], float(added[0])).stiffness
+        more = more + _of_fibres(along[0], float(added[0]))
     if wall is None:
         return of_space(young, ratio, more)
     return of_plane_stress(young, ratio, wall.position[wall.nodes], wall.grid, more)
@@ -67,3 +74,15 @@ def _along(own: Any, family: int, wall: WallNodes | None) -> Floats:
     frame = frames_of_triangles(wall.position[wall.nodes], corners, wall.grid)
     drawn = np.einsum("tdi,tqik,tk->td", frame, own.deformations(wall.position), along)
     return np.asarray(drawn / np.linalg.norm(drawn, axis=1)[:, None])
+
+
+def _of_fibres(along: Floats, modulus: float) -> Floats:
+    """Return β a a a a in Voigt's order [Pa], shape (3, 3) of a wall, else (6, 6).
+
+    Args:
+        along: a, shape (2,) or (3,).
+        modulus: β [Pa].
+    """
+    pairs = IN_PLANE if len(along) == 2 else VOIGT
+    strain = np.array([along[i] * along[j] for i, j in pairs])
+    return modulus * np.outer(strain, strain)

@@ -57,8 +57,7 @@ from tissuec.scene.model import Body, Scene, Tool
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import Expectation, Plan, ScheduledAction, Simulation
-from tissuec.script.verbs import Demanding, Group, may_break
-from tissuec.script.verbs.preserve import Preserve
+from tissuec.script.verbs import Demanding, may_break
 from tissuec.script.verbs.settle import Settle
 from tissuec.script.verbs.tie import Tie
 
@@ -172,8 +171,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     groups.choose_all()
     conditions = Conditions(groups, scene)
     expects, of_learning = split_expectations(scene.declarations.expects)
-    start = _kept_volumes(network, bodies.built)
-    plan = _plan(scene, network, conditions, expects, start, is_whole=bodies.are_whole)
+    plan = _plan(scene, network, conditions, expects, is_whole=bodies.are_whole)
     refuse_intervals(scene, network, plan, findings)
     blocks = _blocks(scene, network, conditions, plan, planes, is_whole=bodies.are_whole)
     fit_problems: tuple[FitProblem, ...] = ()
@@ -275,7 +273,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         }
         | _breaking(bodies),
         joints=tuple(map(_joint_part, joints, pairwise(springs[len(bodies) :]))),
-        blocks=(*blocks, *_hinge_blocks(bodies, nodes, springs)),
+        blocks=tuple(blocks),
         skin_elements=_skin_elements(skin, blocks),
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
         cutting=_cutting(bodies, parts, blocks),
@@ -290,7 +288,7 @@ def _weighing(bodies: Sequence[BodyArrays]) -> NDArray[np.float64] | None:
     return np.concatenate(each)
 
 
-# Most nets have neither elements nor hinges, and need none of what places them.
+# Most nets have no elements, and need none of what places them.
 
 
 def _breaking(bodies: Sequence[BodyArrays]) -> dict[str, Provenance]:
@@ -328,22 +326,6 @@ def _element_blocks(
             ends, breaks = joined.ends[first:last], one if body.body.may_rupture else None
             blocks.append(body.bends.block(position, n, ends, first, breaks))
     return blocks
-
-
-def _hinge_blocks(
-    bodies: Sequence[BodyArrays], nodes: Sequence[int], springs: Sequence[int]
-) -> list[FieldBlock]:
-    """Return the block of the hinges of all walls of springs, if there are any."""
-    found = [
-        body.hinges.behind(n, p)
-        for body, n, p in zip(bodies, nodes, springs, strict=False)
-        if body.hinges is not None
-    ]
-    if not found:
-        return []
-    from tissuec.forces.surfaces.bending import Hinges
-
-    return [Hinges.joined(found).block]
 
 
 def _skin_elements(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
@@ -384,8 +366,7 @@ def _body_part(
         body.bending,
         _cells(mesh, body.body.whole_placement),
         renumbered(body.thread, springs[0]),
-        None if body.poisson is None else body.mesh.tetrahedra,
-        body.mesh.tetrahedra,
+        divided=body.mesh.tetrahedra,
         elements=slice(*elements),
         is_wall=body.body.is_wall,
         is_solid=body.mesh.volume is not None,
@@ -475,18 +456,6 @@ def _events(script: Script) -> list[ScheduledAction]:
         *script.events,
         *(event for trigger in script.triggers for event in trigger.events),
     ]
-
-
-def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[ScheduledAction]:
-    """Return the volume forces that give bodies the Poisson's ratio of their tissue."""
-    events: list[ScheduledAction] = []
-    for part, one in zip(network.bodies, built, strict=True):
-        if one.poisson is not None:
-            nodes = numbers_in(part.nodes)
-            whole = Group(part.name, nodes)
-            preserve = Preserve(whole, one.poisson.modulus, one.poisson.span)
-            events.append(ScheduledAction(0.0, preserve))
-    return events
 
 
 def _can_break(network: Network, script: Script) -> bool:
@@ -587,7 +556,6 @@ def _plan(
     network: Network,
     conditions: Conditions,
     expects: Sequence[Expect],
-    start: Sequence[ScheduledAction],
     *,
     is_whole: bool,
 ) -> Plan:
@@ -595,7 +563,6 @@ def _plan(
 
     Args:
         expects: What is expected of the run.
-        start: Events before all others.
         is_whole: Whether ``network`` has all bodies that the groups of ``conditions`` know.
     """
     groups, findings, duration = conditions.groups, conditions.findings, conditions.duration
@@ -616,7 +583,7 @@ def _plan(
         simulation=scene.simulation,
         gravity=scene.environment.entries.gravity,
         drag=scene.environment.entries.damping,
-        events=(*start, *script.events),
+        events=tuple(script.events),
         triggers=tuple(script.triggers),
         output=output,
         expectations=tuple(expectations),

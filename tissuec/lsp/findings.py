@@ -10,7 +10,6 @@ from typing import Any, NoReturn
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler.checks.coarse_bodies import coarse
 from tissuec.compiler.checks.nets import floppy, late_breaking, unstable, unstable_node
 from tissuec.compiler.compile import Compiled
 from tissuec.core.catalogue import reference
@@ -72,7 +71,7 @@ def check(
     count = partial(_modes, documents.nets, thorough)
     find = unstable_node if thorough else _not_now
     is_whole = thorough or not (compiled.scene.studies or compiled.fit_problems)
-    further = (*late_breaking(compiled), *coarse(compiled))
+    further = tuple(late_breaking(compiled))
     try:
         further += tuple(floppy(compiled, count))
         further += tuple(unstable(compiled, find))

@@ -182,30 +182,6 @@ def frames_of_triangles(
     return _frames(_unit(np.cross(sides[:, 0], sides[:, 1])), first)
 
 
-def range_of_wall(
-    position: Floats, ends: Pairs, constant: Floats, skin: NDArray[np.integer]
-) -> tuple[float, float]:
-    """Return the least and the largest Young's modulus times thickness of a wall [N/m].
-
-    Among all directions in the wall, under uniform strains with respect to each of the axes x,
-    y and z. Irregularities without a preferred direction average out.
-
-    Args:
-        position: Of the nodes [m], shape (node, 3).
-        ends: Node pair of each spring, shape (spring, 2).
-        constant: Spring constants [N/m], shape (spring,).
-        skin: Triangles of the wall, shape (triangle, 3).
-    """
-    normal, area = _normals(position, skin)
-    ends, constant = _from_both_ends(ends, constant)
-    found: list[Floats] = []
-    for axis in np.eye(3):
-        first = np.broadcast_to(axis, normal.shape)
-        even = _even_in_wall(position, ends, normal, _frames(normal, first)[:, 0])
-        found.append(young_around(even.T @ (constant[:, None] * even) / area))
-    return float(np.min(found)), float(np.max(found))
-
-
 def wall_springs(skin: NDArray[np.integer], ends: Pairs) -> NDArray[np.bool_]:
     """Return which springs lie in a surface, as sides or diagonals of faces, shape (spring,).
 

@@ -59,7 +59,7 @@ class Interior(Struct, frozen=True, eq=False):
         position: Its nodes [m], shape (node, 3).
         triangles: Facing outwards, shape (triangle, 3).
         cell: Edge of the cubic cell [m].
-        for_matter: Whether the inside is joined to the surface so firmly that no face can
+        for_elements: Whether the inside is joined to the surface so firmly that no face can
             shear.
         part: Where tetrahedra are finer; None without such a part.
     """
@@ -67,12 +67,12 @@ class Interior(Struct, frozen=True, eq=False):
     position: Floats
     triangles: Indices
     cell: float
-    for_matter: bool
+    for_elements: bool
     part: FinePart | None = None
 
     @property
     def _tie(self) -> float:
-        return _TIE if self.for_matter else 0.0
+        return _TIE if self.for_elements else 0.0
 
     def box(self) -> tuple[Floats, Floats]:
         """Return the lowest and the highest corner of a box of whole cells [m].
@@ -115,7 +115,7 @@ class Interior(Struct, frozen=True, eq=False):
         )
         points, count = np.concatenate([self.position, sites]), len(self.position)
         cells, edges = _NONE, _NONE[:, :2]
-        if self.for_matter:
+        if self.for_elements:
             cells, edges = self._divided(points, _delaunay(points))
         joints = np.concatenate([self._nearest(sites, border), edges[edges[:, 0] < count]])
         joints = self._within(points, joints, joints[:, 1] >= count, _JOINT)

@@ -104,9 +104,8 @@ class BodyPart(Struct, frozen=True, eq=False):
             nodes of the faces, shape (cell, face, 4), and of nodes inside, shape (cell, inner),
             counted from those of the body.
         thread: Where it is a thread.
-        tetrahedra: Of a solid body, those around whose nodes volumes are kept, counted from its
-            nodes, shape (tetrahedron, 4).
-        divided: Of a solid body, those that divide it, whether or not volumes are kept.
+        divided: Of a solid body, tetrahedra that divide it, counted from its nodes, shape
+            (tetrahedron, 4).
         elements: Entities that are the finite elements which resist its deformation, shape by
             shape; where there are any, its springs are their edges, without any stiffness.
         is_wall: Whether these are triangles of a wall.
@@ -124,7 +123,6 @@ class BodyPart(Struct, frozen=True, eq=False):
     bending: int = 0
     cells: Callable[[], CellNodes] | None = None
     thread: ThreadBody | None = None
-    tetrahedra: NDArray[np.int64] | None = None
     divided: NDArray[np.int64] | None = None
     elements: slice = slice(0, 0)
     is_wall: bool = False

@@ -14,21 +14,13 @@ Floats = NDArray[np.float64]
 class CuttingResistance(Struct, frozen=True, eq=False):
     """The energy that a blade needs, by area of the cut surface as drawn.
 
-    A spring has the section A = c L / E. In a net of a solid, an area S is crossed by springs
-    with Σ A |cos| = 2 S, and in one of a wall by those with 3/2 S, whatever the direction,
-    where cos is that of their angles to its normal: the sums of A L over all directions make
-    the net equally stiff in all of them. So such a spring accounts for A |cos| / 2 or
-    2 A |cos| / 3, and a bar for A.
-
     Attributes:
-        areas: Areas that springs at right angles to a blade account for [m²], shape (spring,).
-        means: Of |cos| over all directions, 1 of bars, shape (spring,).
-        springs: Resistance of springs [J/m²], shape (spring,).
+        areas: Sections of bars [m²], 0 of other springs, shape (spring,).
+        springs: Resistance of bars [J/m²], shape (spring,).
         elements: Resistance of elements [J/m²] by the name of their block, shape (element,).
     """
 
     areas: Floats
-    means: Floats
     springs: Floats
     elements: Mapping[str, Floats]
 

@@ -70,9 +70,6 @@ def cells_around(part: BodyPart) -> Indices | None:
         members = np.concatenate([faces.reshape(len(faces), -1), inner], axis=1)
         cells = np.repeat(np.arange(len(members)), members.shape[1])
         return np.unique(np.stack([members.ravel() + part.nodes.start, cells], axis=1), axis=0)
-    if part.tetrahedra is not None:  # a cell for each of their nodes, in ascending order
-        nodes = np.unique(part.tetrahedra) + part.nodes.start
-        return np.stack([nodes, np.arange(len(nodes))], axis=1)
     return None
 
 

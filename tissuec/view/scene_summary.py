@@ -25,7 +25,6 @@ from tissuec.core.units import (
     Dimension,
     show,
 )
-from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity
 from tissuec.scene.force_numbers import numbers_of
 from tissuec.scene.model import Tissue
@@ -63,8 +62,6 @@ def _rows(body: BodyProperties) -> Iterator[Row]:
         yield "quality", f"{worst:.2g} at worst, {mean:.2g} on average", remark
     if body.elasticity is not None:
         yield from _elastic(body.elasticity)
-    if body.coarseness is not None:
-        yield from _coarse(body.coarseness)
     if body.elasticity is not None and body.wave_speeds:
         value, remark = _by_direction(body.wave_speeds, body.elasticity, VELOCITY)
         yield "wave speed", value, remark
@@ -105,14 +102,6 @@ def _elastic(one: Elasticity) -> Iterator[Row]:
     elif one.anisotropy is not None:
         remark = "ratio of the largest to the smallest Young's modulus over all directions"
         yield "anisotropy", f"{one.anisotropy:.3g}", remark
-
-
-def _coarse(one: Coarseness) -> Iterator[Row]:
-    """Yield how many times as stiff cells make a body as matter that has none."""
-    remark = "its cells against its moduli, along its longest axis"
-    yield "in bending", f"{one.bending:.3g} times as stiff", remark
-    value = f"{one.torsion:.3g} times as stiff" if one.torsion else "no resistance"
-    yield "in torsion", value, ""
 
 
 def _by_direction(

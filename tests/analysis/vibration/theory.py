@@ -12,9 +12,7 @@ YOUNG, DENSITY = 10e3, 1000.0
 BAR = """language 1
 tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
 body bar {
-  made of springs
   mesh is lattice {
-    kind is sodium chloride; reach is second neighbours
     cell = CELL mm; box from (0, 0, 0) mm to (LENGTH, HEIGHT, HEIGHT) mm
   }
   tissue is gel
@@ -26,11 +24,11 @@ simulate { duration = 1 s }
 """
 
 WALL = """language 1
-tissue wall { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue wall { Young's modulus = 10 kPa; Poisson's ratio = 1/3; density = 1000 kg/m^3
+  retardation time = 5 ms }
 body ball {
-  made of springs
   mesh is sphere { centre = (0, 0, 0) mm; radius = 20 mm; subdivisions = TIMES }
-  tissue is wall; thickness = 1 mm
+  tissue is wall; thickness = 1 mm; bending is none
 }
 environment { gravity = (0, 0, 0) m/s^2 }
 SCRIPT

@@ -100,9 +100,8 @@ def test_a_chaotic_motion_is_recognised_and_from_when_on():
 
 #: A sheet that stands on its edge, and falls in folds.
 CRUMPLING = """language 1
-tissue gel { Young's modulus = 2 kPa; density = 1000 kg/m^3; retardation time = 1 ms }
+tissue gel { spring constant = 1.6 N/m; density = 1000 kg/m^3; retardation time = 1 ms }
 body wall {
-  made of springs
   mesh is sheet {
     corner = (0, 0, 0) mm; first edge = (20, 1, 0) mm; second edge = (0, 1, 20) mm
     columns = 6; rows = 6; diagonals is both

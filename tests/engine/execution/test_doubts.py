@@ -16,9 +16,8 @@ from tissuec.engine.execution.doubts import WATCHES, DoubtMemory, Finding
 
 SOLID = """language 1
 param depth = 7 mm
-tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue gel { spring constant = 10 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
 body block {
-  made of springs
   mesh is lattice { kind is sodium chloride; cell = 5 mm; reach is second neighbours
     box from (0, 0, 0) mm to (15, 15, 10) mm }
   tissue is gel
@@ -33,9 +32,8 @@ output { trajectory every 5 ms; force of lid every 5 ms }
 """
 NEEDLE = """language 1
 param thickness = 0.6 mm
-tissue gel { Young's modulus = 10 kPa; density = 1010 kg/m^3; retardation time = 5 ms }
+tissue gel { spring constant = 20 N/m; density = 1010 kg/m^3; retardation time = 5 ms }
 body block {
-  made of springs
   mesh is lattice { kind is sodium chloride; cell = 3 mm; reach is second neighbours
     box from (0, 0, 0) mm to (9, 9, 9) mm }
   tissue is gel
@@ -52,9 +50,8 @@ output { force of needle every 1 ms }
 """
 BALL = """language 1
 param c = 4 mm
-tissue gelatine { Young's modulus = 10 kPa; density = 1010 kg/m^3; retardation time = 5 ms }
+tissue gelatine { spring constant = 20 N/m; density = 1010 kg/m^3; retardation time = 5 ms }
 body block {
-  made of springs
   mesh is lattice { kind is sodium chloride; cell = c; reach is second neighbours
     box from (-8, -8, -8) mm to (8, 8, 0) mm }
   tissue is gelatine
@@ -440,9 +437,9 @@ def test_bodies_that_touch_as_drawn_and_those_that_stay_apart_are_not_reported()
 
 
 PINCHED = """language 1
-tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue gel { spring constant = 2 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
 body tube { mesh is tube { axis from (0, 0, 0) mm to (20, 0, 0) mm; radius = 5 mm; rings = 7
-  sides = 12 }; tissue is gel; thickness = 0.5 mm; made of springs }
+  sides = 12 }; tissue is gel; thickness = 0.5 mm }
 set top = nodes of tube where z > 4.9 mm and x between 6 mm and 14 mm
 set bottom = nodes of tube where z < -4.9 mm
 environment { gravity = (0, 0, 0) m/s^2; mass damping = 50 Hz; CONTACT }

@@ -15,16 +15,16 @@ from tissuec.model.blocks import NetSize
 
 SCENE = """language 1
 param pull = 10 mm
+tissue net { spring constant = 20 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
 tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
 body block {
   mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (20, 20, 20) mm }
   tissue is gel; made of elements
 }
 body post {
-  made of springs
   mesh is lattice { kind is sodium chloride; cell = 5 mm
     reach is second neighbours; box from (30, 0, 0) mm to (35, 5, 5) mm }
-  tissue is gel
+  tissue is net
 }
 set held = nodes of block where z < 0.1 mm or z > 14 mm
 set inner = nodes of block where x > 9 mm and x < 11 mm and y > 9 mm and y < 11 mm

@@ -19,10 +19,9 @@ from tissuec.view.player.reading import read_film
 
 #: A block of matter, two layers of it, that is drawn out.
 BAR = """language 1
-tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
-tissue rubber { Young's modulus = 40 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue gel { spring constant = 10 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue rubber { spring constant = 40 N/m; density = 1000 kg/m^3; retardation time = 5 ms }
 body bar {
-  made of springs
   mesh is lattice { kind is diamond; reach is second neighbours; cell = 5 mm
     box from (0, 0, 0) mm to (10, 10, 20) mm }
   tissue is gel

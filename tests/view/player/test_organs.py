@@ -34,10 +34,9 @@ simulate { duration = 10 ms }
 output { trajectory every 10 ms }
 """
 BLOCK = """language 1
-use "matter/fat"
-use "matter/skin"
+use "tissues/fat"
+use "tissues/skin"
 body sample {
-  made of springs
   mesh is lattice {
     box from (0, 0, 0) mm to (20, 20, 10) mm; cell = 5 mm
     kind is sodium chloride; reach is second neighbours
@@ -45,7 +44,7 @@ body sample {
   tissue is fat; interface is softer
   region cover where z > 7 mm { tissue is skin }
 }
-environment { gravity = (0, 0, 0) m/s^2 }
+environment { gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m }
 simulate { duration = 1 ms }
 output { trajectory every 1 ms }
 """
@@ -144,7 +143,7 @@ def test_stitches_are_threads_while_springs_are_hidden():
 
 def test_colours_can_be_set_and_are_inherited(tmp_path):
     scene = BLOCK.replace(
-        'use "matter/fat"', 'use "matter/fat"\ntissue mine like fat { gloss = 0 }'
+        'use "tissues/fat"', 'use "tissues/fat"\ntissue mine like fat { gloss = 0 }'
     )
     scene = scene.replace("tissue is fat;", "tissue is mine;")
     (tmp_path / "block.tis").write_text(scene)

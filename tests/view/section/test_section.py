@@ -19,11 +19,10 @@ from tissuec.view.section import read_plane
 from tissuec.view.section.cross_section import check_plane, clipped, section
 
 SCENE = """language 1
-use "matter/fat"
+use "tissues/fat"
 tissue skin like fat { colour = "#d0a080" }
 tissue lump like fat { colour = "#2040c0" }
 body sample {
-  made of springs
   mesh is lattice {
     box from (0, 0, 0) mm to (30, 30, 15) mm; cell = 2.5 mm
     kind is sodium chloride; reach is second neighbours
@@ -33,7 +32,7 @@ body sample {
   region lump where within 5.2 mm of (15, 15, 6) mm { tissue is lump }
 }
 set top = nodes of sample where z > 14 mm
-environment { gravity = (0, 0, 0) m/s^2 }
+environment { gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m }
 script { from 0 s to 1 ms: move top by (0, 0, -1) mm using constant speed }
 simulate { duration = 1 ms; integrator is velocity verlet; step = 2 us }
 output { trajectory every 0.5 ms }

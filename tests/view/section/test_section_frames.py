@@ -11,10 +11,9 @@ from tissuec.view.plots import draw
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")
 BLOCK = """language 1
-use "matter/fat"
+use "tissues/fat"
 tissue lump like fat { colour = "#2040c0" }
 body sample {
-  made of springs
   mesh is lattice {
     box from (0, 0, 0) mm to (20, 20, 10) mm; cell = 2.5 mm
     kind is sodium chloride; reach is second neighbours
@@ -22,7 +21,7 @@ body sample {
   tissue is fat; interface is mean
   region core where within 3 mm of (10, 10, 5) mm { tissue is lump }
 }
-environment { gravity = (0, 0, 0) m/s^2 }
+environment { gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m }
 simulate { duration = 1 ms; integrator is velocity verlet; step = 2 us }
 output { trajectory every 1 ms }
 """

@@ -106,14 +106,15 @@ class TestBench:
 
     @property
     def of_springs(self) -> bool:
-        """Return whether specimens are nets of springs: elements of walls do not break."""
-        return not self.is_of_matter or self.thickness is not None
+        """Return whether specimens are nets of springs."""
+        return not self.is_of_matter
 
     @property
     def yields(self) -> bool:
         """Return whether specimens are elements that yield."""
         stress = self.tissue.given.get(OF_MATTER[LIMIT][0])
-        return not self.of_springs and stress is not None and isfinite(stress.value)
+        is_solid = not self.of_springs and self.thickness is None
+        return is_solid and stress is not None and isfinite(stress.value)
 
     @property
     def breaks_without_crack(self) -> bool:

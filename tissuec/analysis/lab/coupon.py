@@ -74,8 +74,6 @@ class Coupon(Struct, frozen=True):
             tissue = FREE
         yield f"body {BODY} {{"
         yield f"  {self._mesh()}"
-        if self.of_springs:
-            yield "  made of springs"
         yield f"  tissue is {tissue}"
         if self.thickness is not None:
             yield f"  thickness = {_si(self.thickness, 'm')}"
@@ -84,7 +82,8 @@ class Coupon(Struct, frozen=True):
         if tabs:
             low, high = (self._beside(part, side) for part, side in ((0.25, -1), (0.75, 1)))
             yield f"  region lab tabs where x < {low} or x > {high} {{ tissue is {tabs} }}"
-            yield "  interface is mean"
+            if self.of_springs:
+                yield "  interface is mean"
         if rupture:
             yield "  rupture is allowed"
         yield "}"

@@ -80,9 +80,9 @@ class IndentedBlock(Struct, frozen=True):
         if self.is_prestressed:
             yield f"tissue {FREE} like {tissue} {{ prestress = 0 }}"
             tissue = FREE
-        made, springs = ("made of springs; ", SPRINGS) if self.of_springs else ("", "")
+        springs = SPRINGS if self.of_springs else ""
         yield (
-            f"body {BODY} {{ {made}mesh is lattice {{ {springs}cell = {self.cell:.15g} m; "
+            f"body {BODY} {{ mesh is lattice {{ {springs}cell = {self.cell:.15g} m; "
             f"box from (0, 0, 0) m to {corner} }}; tissue is {tissue} }}"
         )
         yield f"set lab ground = nodes of {BODY} where z < {0.25 * self.cell:.15g} m"

@@ -81,7 +81,9 @@ def examiner_of(bench: TestBench, listener: Listener) -> SolidExaminer | SpringE
     Args:
         listener: Callback for each row.
     """
-    return (SpringExaminer if bench.of_springs else SolidExaminer)(bench, listener)
+    return (SpringExaminer if bench.of_springs or bench.thickness else SolidExaminer)(
+        bench, listener
+    )
 
 
 def _ignore(row: TestRow) -> None:

@@ -10,7 +10,6 @@ from tissuec.compiler.bodies.drawn import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiler.bodies.threads import with_slipping
 from tissuec.compiler.contact.surface_friction import friction_of
 from tissuec.compiler.materials.cutting_resistance import SpringResistance
-from tissuec.compiler.materials.poisson import Poisson
 from tissuec.compiler.materials.reader import MaterialReader
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
@@ -26,7 +25,6 @@ from tissuec.scene.reading.values import LARGEST_NUMBER
 if TYPE_CHECKING:  # which few nets need
     from tissuec.compiler.elements.bodies import BodyElements
     from tissuec.compiler.elements.membranes import WallBending
-    from tissuec.forces.surfaces.bending import Hinges
 
 #: Arrays whose entries are finite, and what they are called.
 _FINITE = {
@@ -52,8 +50,6 @@ class BodyArrays(Struct, frozen=True, eq=False):
     node_ids: Indices
     bending: int  # how many springs, the last ones, resist bending only
     thread: ThreadBody | None  # numbered within the body
-    poisson: Poisson | None  # of a solid whose cells keep their volume
-    hinges: "Hinges | None"  # of a wall that resists bending, numbered within the body
     friction: SurfaceFriction
     resistance: SpringResistance
     elements: "tuple[BodyElements, ...]" = ()
@@ -85,8 +81,6 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         drawing.columns.node_ids,
         len(drawing.length) - drawing.own,
         drawing.thread,
-        reader.poisson,
-        reader.hinges(arrays),
         friction_of(drawing),
         reader.resistance(),
     )

@@ -35,7 +35,6 @@ from tissuec.scene.model import Body
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.values import LARGEST_NUMBER
-from tissuec.scene.tissues.quantities import YOUNGS_MODULUS
 
 LARGEST = 50_000_000  # nodes or springs of one body; more does not fit into memory
 LARGEST_IN_VAIN = (
@@ -276,9 +275,7 @@ def _built(body: Body) -> Mesh:
         from tissuec.meshes.quadratic import with_middles
 
         return with_middles(mesh)
-    if not isinstance(body.mesh, Imported):
-        return body.mesh.build()
-    return body.mesh.build(for_matter=any(YOUNGS_MODULUS in one.given for one in body.tissues))
+    return body.mesh.build()
 
 
 def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:

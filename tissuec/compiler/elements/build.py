@@ -43,8 +43,6 @@ def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]
         drawing.columns.node_ids,
         bending=0,
         thread=None,
-        poisson=None,
-        hinges=None,
         friction=friction_of(drawing),
         resistance=SpringResistance.none(len(drawing.length)),
         elements=elements,

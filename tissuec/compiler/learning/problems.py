@@ -6,17 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.learning.adjust_targets import Targets
 from tissuec.compiler.learning.adjusting import AdjustReader
 from tissuec.compiler.learning.expectations import demands_of
 from tissuec.compiler.learning.targets import FitReader
-from tissuec.compiler.materials.matter import can_be_matter
 from tissuec.compiler.measures.conditions import Conditions
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
+from tissuec.matter.elasticity import wall_springs
 from tissuec.scene.learning.entries import SCALED
 from tissuec.scene.learning.model import VocabularyFit, WrittenFitProblem
 from tissuec.scene.model import Scene
@@ -168,13 +169,13 @@ class _FitProblemBuilder:
         if adjust.per not in ("tissue", "region") or not OF_MATTER.get(adjust.what):
             return False
         if adjust.per == "region":
-            return can_be_matter(self.targets.groups.bodies[s.key_of(adjust.of)].drawing)
+            return _can_be_matter(self.targets.groups.bodies[s.key_of(adjust.of)].drawing)
         tissue = self.targets.scene.tissues[s.key_of(adjust.of)]
         given = tissue.given[adjust.what]
         if given.spread not in ("each spring", "each node"):
             return False
         bodies = self.targets.bodies_of(tissue)
-        drawings = [placed.drawing for placed in bodies if can_be_matter(placed.drawing)]
+        drawings = [placed.drawing for placed in bodies if _can_be_matter(placed.drawing)]
         # The constant of a piece of a given length is that of every thread.
         return any(one.thread is None or given.length is None for one in drawings)
 
@@ -218,3 +219,15 @@ def _concluded(adjusts: Sequence[Adjust], scene: Scene) -> Iterator[tuple[Span, 
         given = scene.tissues[s.key_of(one.of)].given.get(one.what)  # None: of a law
         if one.what in words and given is not None and given.how != "written":
             yield words[one.what], one
+
+
+def _can_be_matter(drawing: Drawing) -> bool:
+    """Return whether the tissue of a mesh could be in pascals.
+
+    Nets typed in as tables could have a section, but are what they are on purpose.
+    """
+    mesh = drawing.mesh
+    is_tube = mesh.grid is not None and mesh.grid.closed
+    if drawing.thread is not None or mesh.volume is not None or is_tube:
+        return True
+    return bool(len(mesh.skin) and wall_springs(mesh.skin, mesh.ends[: drawing.own]).all())

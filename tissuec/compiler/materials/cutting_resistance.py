@@ -1,8 +1,6 @@
 """The energy that blades need: resistances of springs and elements, from their tissues."""
 
 from collections.abc import Mapping, Sequence
-from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -13,21 +11,17 @@ from tissuec.model.network import Floats
 from tissuec.model.resistance import CuttingResistance
 from tissuec.scene.tissues.quantities import CUTTING_RESISTANCE, FIBRE_MODULUS, YOUNGS_MODULUS
 
-if TYPE_CHECKING:
-    from tissuec.compiler.materials.matter import Matter
-
 
 class SpringResistance(Struct, frozen=True, eq=False):
     """Resistance of the springs of a body or joint; see ``CuttingResistance``."""
 
     areas: Floats
-    means: Floats
     springs: Floats
 
     @classmethod
     def none(cls, count: int) -> "SpringResistance":
         """Return the resistance of springs that a blade cuts without any energy."""
-        return cls(np.zeros(count), np.ones(count), np.zeros(count))
+        return cls(np.zeros(count), np.zeros(count))
 
 
 def resistance_of_parts(parts: TissueParts) -> Floats:
@@ -37,15 +31,14 @@ def resistance_of_parts(parts: TissueParts) -> Floats:
 
 
 def resistance_of_springs(
-    parts: TissueParts, ends: NDArray[np.integer], pull: Floats, matter: "Matter"
+    parts: TissueParts, ends: NDArray[np.integer], pull: Floats
 ) -> SpringResistance:
-    """Return the resistance of springs that are made of matter.
+    """Return the resistance of bars, which a blade cuts across their section.
 
     Args:
         parts: Of the body.
         ends: Numbers of the parts at both ends of each, shape (spring, 2).
-        pull: Spring constants times lengths as drawn, 0 of what is no matter [N].
-        matter: How it is shared out.
+        pull: Spring constants times lengths as drawn [N].
     """
     softness = np.zeros(len(parts.materials))
     for number, material in enumerate(parts.materials):
@@ -56,11 +49,8 @@ def resistance_of_springs(
     softness[resistance == 0.0] = 0.0
     section = pull * softness[ends].mean(axis=1)
     energy = pull * (resistance * softness)[ends].mean(axis=1)
-    divisor, mean = 1.0, 1.0
-    if matter.poisson is not None:
-        divisor, mean = (2.0, 0.5) if matter.is_solid else (1.5, 2.0 / pi)
     each = np.divide(energy, section, out=np.zeros_like(energy), where=section > 0.0)
-    return SpringResistance(section / divisor, np.full(len(ends), mean), each)
+    return SpringResistance(section, each)
 
 
 def joined_resistance(
@@ -74,7 +64,6 @@ def joined_resistance(
     """
     found = CuttingResistance(
         np.concatenate([np.zeros(0), *(one.areas for one in springs)]),
-        np.concatenate([np.zeros(0), *(one.means for one in springs)]),
         np.concatenate([np.zeros(0), *(one.springs for one in springs)]),
         elements,
     )

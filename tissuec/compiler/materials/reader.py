@@ -6,7 +6,7 @@ a prestress p. What a table gives goes before all of this. A mesh may say which 
 each spring gets.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -20,12 +20,10 @@ from tissuec.compiler.materials.cutting_resistance import (
     resistance_of_parts,
     resistance_of_springs,
 )
-from tissuec.compiler.materials.poisson import Poisson, poisson_of
 from tissuec.compiler.materials.spring_laws import SpringLaws
 from tissuec.compiler.materials.spring_parts import SpringParts
-from tissuec.compiler.materials.tissue_parts import NOT_ALLOWED, TissueParts, part_numbers
+from tissuec.compiler.materials.tissue_parts import NOT_ALLOWED, TissueParts
 from tissuec.core.names import key_of
-from tissuec.core.resources import is_preset
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
 from tissuec.model.inelastic import PAIRS, TIMES, VISCOSITY
@@ -35,18 +33,14 @@ from tissuec.scene.reading.findings import Findings
 from tissuec.scene.tissues.quantities import (
     BREAKING_FORCE,
     BREAKING_STRAIN,
-    FIBRE_MODULUS,
     OF_MATTER,
-    POISSONS_RATIO,
     QUANTITIES,
     SHARES,
     TOUGHNESS,
-    YOUNGS_MODULUS,
 )
 
 if TYPE_CHECKING:  # nets of numbers need none of it
-    from tissuec.compiler.materials.matter import Matter, MatterReader
-    from tissuec.forces.surfaces.bending import Hinges
+    from tissuec.compiler.materials.matter import MatterReader
 
 
 class MaterialReader:
@@ -64,8 +58,6 @@ class MaterialReader:
         self.node_part = drawing.part
         self.length = drawing.length
         self.shares = drawing.mesh.shares
-        self._reader: MatterReader | None = None
-        self._shared_out: dict[float, Matter] = {}  # by what fibres add
         self.parts = TissueParts(drawing, findings)
         self.springs = SpringParts(drawing, self.parts, findings)
         self._laws = SpringLaws(drawing, self.parts, self.springs, findings)
@@ -94,9 +86,7 @@ class MaterialReader:
         if not each.any() or not of_matter:
             return SpringResistance.none(len(self.length))
         pull = self.stiffness[0] * self.length
-        pull[self.drawing.bends] = 0.0
-        matter = self._matter(of_matter[0])
-        return resistance_of_springs(self.parts, self.springs.ends, pull, matter)
+        return resistance_of_springs(self.parts, self.springs.ends, pull)
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
         """Return the law of each spring by number, shape (spring,), and all laws."""
@@ -155,7 +145,7 @@ class MaterialReader:
             values, index = self.parts.at_nodes(given, 0.0), self.node_part
             for number, one in enumerate(given):
                 if one is not None and one.quantity.is_of_matter:
-                    volume = self._matter(one).volume
+                    volume = self._matter(one).volumes()
                     values = np.where(index == number, values * volume, values)
                 elif one is not None and one.spread == "whole body":
                     values[index == number] /= len(index)
@@ -308,14 +298,14 @@ class MaterialReader:
         """
         match key_of(given.quantity.name):
             case "young's modulus":
-                springs = 1.0 if self.poisson is None else self.poisson.of_springs
-                added = self.parts.added_by_fibres(given) / springs
-                each = springs * self._matter(given, added).stiffness
+                added = self.parts.added_by_fibres(given)
+                each = (1.0 + added) * self._matter(given).section() / self.length
             case "shear viscosity":
-                matter = self._matter(given, 0.0)
-                each = matter.shears * matter.stiffness
+                each = self._matter(given).shears * (
+                    self._matter(given).section() / self.length
+                )
             case "flow viscosity":
-                each = self._matter(given, 0.0).stiffness
+                each = self._matter(given).section() / self.length
             case "retardation time":
                 each = self.stiffness[0]
             case share if share in SHARES:
@@ -324,57 +314,6 @@ class MaterialReader:
                 return self._at_limit(given, amount, own)
         each = amount * each
         return each if self.shares is None else each / self.shares
-
-    def hinges(self, arrays: Mapping[str, Floats]) -> "Hinges | None":
-        """Return the hinges of the walls of the body; None without any.
-
-        Args:
-            arrays: Numbers of springs by name: ``stiffness`` [N/m] and ``damping`` [N s/m],
-                shape (spring,).
-        """
-        if self.body.shell is None:
-            return None
-        from tissuec.compiler.elements.shells import hinges_of  # of what bends
-
-        found = self.parts.found("spring constant")
-        return hinges_of(
-            self.drawing, next(iter(self._shared_out.values()), None),
-            found, lambda: self.parts.at_nodes(found),
-            arrays["stiffness"], arrays["damping"], self.findings,
-        )  # fmt: skip
-
-    @property
-    def _is_bar(self) -> bool:
-        found = [one for one in self.parts.found("spring constant") if one is not None]
-        if not found or not all(one.quantity.is_of_matter for one in found):
-            return False
-        return self._matter(found[0], 0.0).poisson is None
-
-    @cached_property
-    def poisson(self) -> Poisson | None:
-        """The Poisson's ratio of the body; None if its springs are not adapted to one.
-
-        Springs have the ratio of rules, or of a preset, only if it is their natural one; bars
-        have none.
-        """
-        if self._is_bar:
-            return None
-        used = part_numbers(np.append(self.node_part, self.springs.ends))
-        said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.parts.materials]
-        ratios = [
-            None
-            if one is None or one.how != "written" or is_preset(one.span.source.path)
-            else one
-            for one in (said[number] for number in used)
-        ]
-        given = next((one for one in ratios if one is not None), None)
-        if given is None:
-            return None
-        found = self.parts.found("spring constant")
-        return poisson_of(
-            self.body, self._matter(given), ratios, [found[number] for number in used],
-            self.findings,
-        )  # fmt: skip
 
     def _at_limit(
         self, given: AssignedQuantity, amount: Floats, own: NDArray[np.bool_]
@@ -392,8 +331,7 @@ class MaterialReader:
             from tissuec.matter.breaking import force_at_energy
 
             section = constant * self.length / modulus
-            energy = self._matter(given).tearing * amount * section
-            return force_at_energy(self._behaviour, energy)
+            return force_at_energy(self._behaviour, amount * section)
         return constant * rest * amount / modulus
 
     @property
@@ -402,25 +340,11 @@ class MaterialReader:
         (constant, _), (rest, _), (law, laws) = self.stiffness, self.rest, self.laws()
         return Behaviour(laws, law, constant, np.zeros_like(constant), rest)
 
-    def _matter(self, given: AssignedQuantity, added: float | None = None) -> "Matter":
-        """Return the distribution of the matter of the body over its springs, for a quantity.
+    def _matter(self, given: AssignedQuantity) -> "MatterReader":
+        """Return the reader of what follows from a quantity of matter."""
+        from tissuec.compiler.materials.matter import MatterReader
 
-        Args:
-            added: What fibres add to Young's modulus, as a part of it; as much as its tissue
-                says if None.
-        """
-        if added is None:
-            has = YOUNGS_MODULUS in self.parts.beside(given)
-            added = self.parts.added_by_fibres(given) if has else 0.0
-        if added not in self._shared_out:
-            if self._reader is None:
-                from tissuec.compiler.materials.matter import MatterReader
-
-                self._reader = MatterReader(self.drawing, given.span, self.findings)
-            if (fibres := self.parts.beside(given).get(FIBRE_MODULUS)) and added:
-                self._reader.fibres = fibres.span
-            self._shared_out[added] = self._reader.read(added)
-        return self._shared_out[added]
+        return MatterReader(self.drawing, given, self.findings)
 
     @cached_property
     def _first_is_softer(self) -> NDArray[np.bool_]:

@@ -12,6 +12,7 @@ from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.bodies.graded import element_centres, numbers_at, spring_middles
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, insertion
+from tissuec.core.resources import is_preset
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.laws.formula import variables
@@ -27,6 +28,7 @@ from tissuec.scene.tissues.quantities import (
     FIBRE_STIFFENING,
     LARGEST_SHARE,
     OF_MATTER,
+    POISSONS_RATIO,
     QUANTITIES,
     SHARES,
     TOGETHER,
@@ -249,10 +251,11 @@ class TissueParts:
                 continue
             given = material.tissue.given
             found = [(f"a {name}", given.get(name)) for name in OF_FIBRES]
+            ratio = given.get(POISSONS_RATIO)
+            if not are_bars and ratio is not None and _is_own(ratio):
+                found += [("a Poisson's ratio", ratio)]
             law, hint = material.tissue.laws.get(SOLID_LAW), "remove it from the tissue"
-            if not are_bars:
-                hint = f"write made of elements in the body, or {hint}"
-            if not are_bars or YOUNGS_MODULUS not in given:
+            if YOUNGS_MODULUS not in given:
                 found += [(f"a {SOLID_LAW}", law)]
             for what, written in found:
                 if written is None:
@@ -396,8 +399,7 @@ class TissueParts:
                     f"springs of a tissue with fibres have the same {one.quantity.name} "
                     "everywhere",
                     one.span,
-                    hint="write made of elements in the body, or give its regions different "
-                    "tissues",
+                    hint="give its regions different tissues",
                 )
         if fibres.value < modulus.value:
             self.refuse_soft_fibres(fibres)
@@ -413,6 +415,11 @@ class TissueParts:
             hint="write a larger fibre modulus, or remove it",
             notes=(Note(f"used by {self.body.name}", self.body.span),),
         )
+
+
+def _is_own(given: AssignedQuantity) -> bool:
+    """Return whether a quantity is written, and not by a preset of the library."""
+    return given.how == "written" and not is_preset(given.span.source.path)
 
 
 def _instead_of(quantity: TissueQuantity) -> str:

@@ -13,32 +13,24 @@ With s = a + b + c + d, p = c - a and q = d - b,
 
 Cells that share a face share its surface, so that nothing is lost between them. A triangle is a
 face whose last two corners are one, for which V is a · (b × c) / 6.
-
-A body of tetrahedra has one cell for each node: a quarter of each tetrahedron around it, as
-medians divide it. It grows by a quarter of what all of these tetrahedra grow by, so that their
-surface tells. Volumes of single tetrahedra are too many for the nodes that would keep them: the
-body would lock (J. Bonet, A. J. Burton, Comm. Num. Meth. Eng. 14:437, 1998). Parallelograms in
-its surface count as faces of four corners, so that pressure acts on these as traction does on a
-solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal.
 """
 
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import combinations
-from typing import cast
 
 import numpy as np
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Vector
-from tissuec.core.arrays import counted_up, cross
+from tissuec.core.arrays import counted_up
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.enclosed.kept_volumes import KeptVolumes
 from tissuec.forces.enclosed.rims import where_open
 from tissuec.forces.grouped_items import NO_POINTS, GroupedItems
-from tissuec.geometry.edges import parallelograms, volume
+from tissuec.geometry.edges import volume
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 
@@ -51,7 +43,7 @@ def _face(x: Sequence[Vector], p: Numbers) -> Sequence[Number]:
 
 def _cell(sums: Vector, seen: Vector, p: Numbers) -> Number:
     """Return the energy of a cell, whose target is V0 (1 + amount)."""
-    more = p.share * sums[0] - p.drawn * (1.0 + p.amount)
+    more = sums[0] - p.drawn * (1.0 + p.amount)
     return 0.5 * p.modulus / p.drawn * more**2
 
 
@@ -62,8 +54,6 @@ class Enclosure(KeptVolumes, frozen=True):
         corners: Nodes of the faces, cell by cell, shape (face, 4); a triangle names its last
             corner twice.
         first: Where each cell begins among them and, last, where all end, shape (cell + 1,).
-        share: The part of the volume within its faces that belongs to a cell, and by which the
-            cell grows.
     """
 
     item_shares = staticmethod(_face)
@@ -72,7 +62,6 @@ class Enclosure(KeptVolumes, frozen=True):
 
     corners: Indices
     first: Indices
-    share: float = 1.0
 
     @classmethod
     def of(cls, network: Network, name: str, modulus: float, span: Span) -> "Enclosure":
@@ -95,10 +84,9 @@ class Enclosure(KeptVolumes, frozen=True):
                 f"the elements of {part.name} already resist changes of volume by the "
                 "Poisson's ratio of its tissue, which can be up to 0.4999"
             )
-        share = 1.0 if part.tetrahedra is None else 0.25
         corners, first, walls, walled = _surfaces(network, part)
         drawn = np.zeros(len(first) - 1)
-        found = cls(walls, walled, part.name, drawn, modulus, (), span, corners, first, share)
+        found = cls(walls, walled, part.name, drawn, modulus, (), span, corners, first)
         return replace(found, drawn=found.volumes(network.position))
 
     @property
@@ -108,13 +96,13 @@ class Enclosure(KeptVolumes, frozen=True):
 
     def volumes(self, position: Floats) -> Floats:
         """Return the enclosed volumes [m³], shape (…, cell)."""
-        return self.share * self.sums(position)[0]
+        return self.sums(position)[0]
 
     @cached_property
     def grouped(self) -> GroupedItems:
         """Return the faces, each cell seen from one of its nodes."""
         seen = self.corners[self.first[:-1], 0]
-        own = {"drawn": self.drawn, "modulus": self.modulus, "share": self.share}
+        own = {"drawn": self.drawn, "modulus": self.modulus}
         return GroupedItems(self.corners, self.first, seen, NO_POINTS, {}, own)
 
     def only(self, items: Indices) -> "Enclosure":
@@ -172,7 +160,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
 @kept_on_owner(8)
 def _surfaces(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indices, Indices]:
     """Return corners, ``first``, walls and their cells; kept, as checks also need them."""
-    return _cells(network, part) or _patches(network, part) or _surface(network, part)
+    return _cells(network, part) or _surface(network, part)
 
 
 def _cells(
@@ -190,52 +178,3 @@ def _cells(
     pairs = np.array(list(combinations(range(members.shape[1]), 2)), dtype=np.int64)
     walls, which = network.pairs.between(members[:, pairs].reshape(-1, 2))
     return faces.reshape(-1, 4), sides * np.arange(count + 1), walls, which // len(pairs)
-
-
-def _patches(
-    network: Network, part: BodyPart
-) -> tuple[Indices, Indices, Indices, Indices] | None:
-    """Return corners, ``first``, walls and their cells of a body of tetrahedra, None without.
-
-    There is a cell for each node that has tetrahedra.
-    """
-    if part.tetrahedra is None:
-        return None
-    nodes = part.tetrahedra.astype(np.int64) + part.nodes.start
-    a, b, c, d = network.position[nodes].swapaxes(0, 1)
-    turned = np.einsum("ij,ij->i", cross(b - a, c - a), d - a) < 0.0
-    nodes[turned] = nodes[turned][:, [0, 2, 1, 3]]
-    opposite = nodes[:, _OPPOSITE].reshape(-1, 3)
-    _, where, count = np.unique(
-        np.sort(opposite, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    outside = opposite[where[count == 1]]
-    quads, _ = parallelograms(network.position, outside)
-    # A surface between a parallelogram and its triangles, which enclose nothing as drawn.
-    between = np.concatenate([quads, quads[:, [0, 3, 1, 1]], quads[:, [1, 3, 2, 2]]])
-    # Seen from its node, faces through it enclose nothing; they close the surface.
-    faces = np.concatenate(
-        [
-            *(np.roll(outside, -k, axis=1)[:, _TRIANGLE] for k in range(3)),
-            opposite[:, _TRIANGLE],
-            *(between for _ in range(4)),
-        ]
-    )
-    owner = np.concatenate(
-        [outside.T.ravel(), nodes.ravel(), *(np.tile(corner, 3) for corner in quads.T)]
-    )
-    order = np.argsort(owner, kind="stable")
-    _, first = np.unique(owner[order], return_index=True)
-    pairs = nodes[:, list(combinations(range(4), 2))]  # (tetrahedron, 6, 2)
-    size = network.position.shape[0]
-    keys = np.sort(pairs, axis=2) @ np.array([size, 1])
-    all_owners = np.repeat(nodes, 6, axis=1), np.tile(keys, (1, 4))
-    walled, keys = np.unique(np.stack([each.ravel() for each in all_owners]), axis=1)
-    walls, which = network.pairs.between(np.stack(np.divmod(keys, size), axis=1))
-    cell = cast(Indices, np.searchsorted(owner[order][first], walled[which]))
-    return faces[order], np.append(first, len(faces)), walls, cell
-
-
-_TRIANGLE = [0, 1, 2, 2]  # as a face of four corners
-#: Corners of the face opposite each corner of a tetrahedron, in turn as seen from outside.
-_OPPOSITE = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])

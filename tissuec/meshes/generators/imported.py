@@ -220,11 +220,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         # Twice as many tetrahedra as a lattice of body-centred cells has, to be safe.
         return nodes + inner, pairs + bonds + 16 * (nodes + inner)
 
-    def build(self, *, for_matter: bool = False) -> Mesh:
+    def build(self) -> Mesh:
         """Return nodes, springs, skin, groups, and remarks on the file.
-
-        Args:
-            for_matter: Whether a filling is joined to its surface as matter needs it.
 
         Raises:
             MeshFileError: The file cannot be used.
@@ -234,7 +231,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             raise ValueError('"fine cell" is for bodies made of elements')
         shape = self.shape
         try:
-            filling = self._filled(for_matter)
+            filling = self._filled(for_elements=False)
             position = np.concatenate([shape.position, filling.position])
             ends = springs(len(position), shape.pairs, filling.pairs)
             shares = self._shares(position, ends, filling)
@@ -272,7 +269,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
         try:
             shape = self._fine_shape
-            filling = self._filled(for_matter=True)
+            filling = self._filled(for_elements=True)
             position = np.concatenate([shape.position, filling.position])
             if len(filling.tetrahedra):
                 from tissuec.meshes.slivers import without_slivers
@@ -308,7 +305,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         """
         if not self.shape.is_volume:
             return {}, 0
-        bricks, tetrahedra = self._cells(self._filled(for_matter=True))
+        bricks, tetrahedra = self._cells(self._filled(for_elements=True))
         found = {name: len(cells) for name, cells in bricks.items()}
         kept = sum(found.values()) + len(self.shape.cells.get("tetra", ()))
         divided = sum(map(len, self.shape.cells.values())) - kept
@@ -377,7 +374,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         position, skin, groups = found
         return replace(shape, position=position, skin=skin, groups=groups)
 
-    def _interior(self, *, for_matter: bool = False) -> "Interior":
+    def _interior(self, *, for_elements: bool = False) -> "Interior":
         """Return the closed surface; raises FormatError if there is none."""
         from tissuec.meshes.filling import Interior
 
@@ -388,7 +385,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         edges = Edges.among(shape.skin)
         if not edges.is_closed:
             raise self._open(edges)
-        return Interior(shape.position, shape.skin, self.cell, for_matter, self._part)
+        return Interior(shape.position, shape.skin, self.cell, for_elements, self._part)
 
     def _open(self, edges: Edges) -> FormatError:
         """Return why a surface cannot be filled, and where the first defect is."""
@@ -414,15 +411,15 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         hint = "where closed parts touch, keep their nodes apart: merging is off"
         return FormatError(message, hint + alone)
 
-    def _filled(self, for_matter: bool) -> "Filling":
+    def _filled(self, *, for_elements: bool) -> "Filling":
         from tissuec.meshes.filling import Filling
 
         if self.filling in ("none", CUBES):
             none = np.zeros((0, 3))
             return Filling(none, none[:, :2].astype(int), np.zeros((0, 4), int), ())
         if self.filling == TETRAHEDRA:
-            return self._interior(for_matter=for_matter).with_tetrahedra()
-        return self._interior(for_matter=for_matter).with_lattice(self.filling, self.reach)
+            return self._interior(for_elements=for_elements).with_tetrahedra()
+        return self._interior(for_elements=for_elements).with_lattice(self.filling, self.reach)
 
     def _tetrahedra(self, filling: "Filling") -> Indices | None:
         """Return the tetrahedra that divide a solid; None of surfaces."""

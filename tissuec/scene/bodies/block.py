@@ -9,18 +9,21 @@ from tissuec.core.source import Span
 from tissuec.geometry.affine import Affine
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import MESHES, Generator, is_wall
+from tissuec.meshes.generators.imported import Imported
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.scene.bodies.bending import BENDING_ENTRY
 from tissuec.scene.bodies.elements import (
     CUBIC,
     MADE_ENTRY,
-    are_matter,
     as_matter,
+    can_be_elements,
+    has_matter,
     read_made_of,
     refuse,
     refuse_entries,
     refuse_mesh,
     refuse_quadratic,
+    refuse_springs,
 )
 from tissuec.scene.bodies.entries import RUPTURE, VALUES
 from tissuec.scene.bodies.fibres import FIBRES_ENTRY, SECOND_FIBRES, SECOND_FIBRES_ENTRY
@@ -147,6 +150,10 @@ class _BodyReader:
             )
         if "made" not in self.once:
             self.elements = as_matter(self.mesh, self._matter())
+        elif self.elements is None and self._is_solid_matter():
+            place = self.once["made"]
+            refuse_springs(self.name.text, self._matter(), place, self.findings)
+            is_whole = False
         bending, shell = self.rest.pop("bending", (None, None))
         if self.elements is not None:
             shell = self._refuse_springs(self.elements, bending, shell)
@@ -156,7 +163,7 @@ class _BodyReader:
             is_whole = self.parts.require_interface(self.name.text, self.block.head)
         is_known = "made" in self.once or "tissue" not in self.once or self.tissue is not None
         if self.elements is None and is_known:
-            self._refuse_directions()
+            self._refuse_of_elements(shell)
         if is_whole:
             self._check_graded()
             is_whole = self.findings.failures == failures
@@ -283,9 +290,8 @@ class _BodyReader:
             return
         where = item.head if isinstance(item, s.Block) else item.span
         is_wrong = "tissue" in self.once and self.tissue is None  # and may be matter
-        may_be_elements = self.may_be_elements or (
-            "made" not in self.once and (is_wrong or are_matter(self._matter()))
-        )
+        is_matter = has_matter(self._matter()) or ("made" not in self.once and is_wrong)
+        may_be_elements = self.may_be_elements or is_matter
         is_lattice = MESHES[kind.key] is Lattice
         is_cubic = may_be_elements and is_lattice
         names, net = [_key(one) for one in items], "kind is sodium chloride"
@@ -305,14 +311,34 @@ class _BodyReader:
             usual={"kind": CUBIC} if is_cubic else None,
         )  # fmt: skip
 
+    def _is_solid_matter(self) -> bool:
+        """Return whether the body is a solid or a wall with a tissue in pascals.
+
+        Lines of a file are bars, if a section is written.
+        """
+        is_bars = isinstance(self.mesh, Imported) and "section" in self.once
+        return can_be_elements(self.mesh) and not is_bars and has_matter(self._matter())
+
     def _matter(self) -> list[tuple[Tissue, Span]]:
         """Return the tissues of the body and its regions, and where each is written."""
         parts = [(self.tissue, self.once.get("tissue", self.block.head))]
         parts += [(region.tissue, region.span) for region in self.parts.regions]
         return [(tissue, span) for tissue, span in parts if tissue is not None]
 
-    def _refuse_directions(self) -> None:
-        """Report directions that a body of springs does not have."""
+    def _refuse_of_elements(self, shell: Span | None) -> None:
+        """Report entries that a body of springs does not have.
+
+        Args:
+            shell: The entry that requires elastic bending.
+        """
+        if shell is not None:
+            self.findings.add(
+                "TIS304",
+                f"elastic bending of {self.name.text} needs a Young's modulus",
+                shell,
+                hint="write a Young's modulus in its tissue and a thickness in the body, "
+                "or bending = 20 %",
+            )
         if SECOND_FIBRES in self.once:
             self.findings.add(
                 "TIS306",
@@ -335,14 +361,15 @@ class _BodyReader:
         self, made: MadeOfElements, bending: Bending | None, shell: Span | None
     ) -> Span | None:
         """Report entries for springs in a body of elements; return one that needs a shell."""
-        nets = [tissue for tissue, _ in self._matter() if not are_matter([(tissue, made.span)])]
-        if made.is_written and nets:
+        nets = [one for one in self._matter() if not has_matter([one])]
+        if nets:
+            (tissue, place) = nets[0]
             self.findings.reject(
                 "TIS304",
-                f"elements need a Young's modulus, but {nets[0].name} describes springs",
-                made.span,
-                hint=f"use a tissue in pascals{_matter_named(nets[0].name)}, or write made of "
-                "springs",
+                f"elements need a Young's modulus, but {tissue.name} describes springs",
+                made.span if made.is_written else place,
+                hint=f"use a tissue in pascals{_matter_named(tissue.name)}, or describe all "
+                f"tissues of {self.name.text} by spring constants",
             )
         if self.mesh is not None or self.mesh_kind == EXPLICIT:
             head = self.once["mesh"]

@@ -1,14 +1,14 @@
 """Bodies made of finite elements: which ones are, and entries that only springs have.
 
-A solid or a wall whose tissues have a Young's modulus is made of elements unless it is written
-to be ``made of springs``; any other body is made of springs.
+A solid or a wall whose tissues have a Young's modulus is made of elements; any other body is
+made of springs.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated
 
 from tissuec.core.errors import Note
-from tissuec.core.hints import Edit, Hint, leaving_out, removal
+from tissuec.core.hints import Edit, Hint, leaving_out, proposal, removal
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Elemental, Generator, is_wall
@@ -88,9 +88,10 @@ def as_matter(mesh: Generator | None, parts: Sequence[Part]) -> MadeOfElements |
         mesh: Of the body; None if it is explicit or could not be read.
         parts: Tissues of the body and its regions, each with the place where it is written.
     """
-    if not (can_be_elements(mesh) and are_matter(parts)):
+    matter = [one for one in parts if has_matter([one])]
+    if not (can_be_elements(mesh) and matter):
         return None
-    return MadeOfElements(parts[0][1], is_written=False)
+    return MadeOfElements(matter[0][1], is_written=False)
 
 
 def can_be_elements(mesh: Generator | None) -> bool:
@@ -98,9 +99,9 @@ def can_be_elements(mesh: Generator | None) -> bool:
     return isinstance(mesh, Elemental) or is_wall(mesh)
 
 
-def are_matter(parts: Sequence[Part]) -> bool:
-    """Return whether there are tissues, and all have a Young's modulus; see ``as_matter``."""
-    return bool(parts) and all(YOUNGS_MODULUS in tissue.given for tissue, _ in parts)
+def has_matter(parts: Sequence[Part]) -> bool:
+    """Return whether any tissue has a Young's modulus; see ``as_matter``."""
+    return any(YOUNGS_MODULUS in tissue.given for tissue, _ in parts)
 
 
 def note_of(made: MadeOfElements) -> Note:
@@ -110,13 +111,27 @@ def note_of(made: MadeOfElements) -> Note:
     return Note("a tissue with a Young's modulus is made of elements", made.span)
 
 
-def _to_springs(made: MadeOfElements) -> Edit:
-    """Return the edit after which a body is made of springs."""
-    of_springs = f"made of {SPRINGS}"
-    if made.is_written:
-        return Edit(of_springs, made.span)
-    start = made.span.start
-    return Edit(f"{of_springs}; ", Span(made.span.source, start, start))
+def refuse_springs(name: str, parts: Sequence[Part], place: Span, findings: Findings) -> None:
+    """Report a solid or a wall in pascals that is written to be made of springs.
+
+    Args:
+        name: Of the body.
+        parts: As for ``as_matter``.
+        place: Where it is written what the body is made of.
+        findings: Takes diagnostics.
+    """
+    tissue = next(tissue for tissue, _ in parts if YOUNGS_MODULUS in tissue.given)
+    findings.add(
+        "TIS306",
+        f"{name} cannot be made of springs: a solid or a wall in pascals consists of elements",
+        place,
+        hint=leaving_out(
+            f"remove it, or write a spring constant in {tissue.name} instead of a Young's "
+            "modulus",
+            place,
+        ),
+        notes=(Note("its tissue is in pascals", tissue.given[YOUNGS_MODULUS].span),),
+    )
 
 
 def refuse(
@@ -135,7 +150,7 @@ def refuse(
         "TIS306",
         f"{what} is not available for elements",
         place,
-        hint=Hint(f"remove it, or write made of {SPRINGS}", *removing, _to_springs(made)),
+        hint=Hint("remove it", *removing),
         notes=(note_of(made),),
     )
 
@@ -218,11 +233,7 @@ def refuse_mesh(
             "TIS306",
             f"{mesh.kind} says where springs are, but elements are the cubic cells",
             places["kind"],
-            hint=Hint(
-                f"write kind is {CUBIC}, or made of {SPRINGS}",
-                Edit(f"kind is {CUBIC}"),
-                _to_springs(made),
-            ),
+            hint=proposal(f"kind is {CUBIC}"),
             notes=(note_of(made),),
         )
     if isinstance(mesh, Imported) and mesh.filling in CRYSTALS:
@@ -230,11 +241,7 @@ def refuse_mesh(
             "TIS306",
             f"a filling of {mesh.filling} consists of springs",
             places["filling"],
-            hint=Hint(
-                f"write filling is {TETRAHEDRA}, or made of {SPRINGS}",
-                Edit(f"filling is {TETRAHEDRA}"),
-                _to_springs(made),
-            ),
+            hint=proposal(f"filling is {TETRAHEDRA}"),
             notes=(note_of(made),),
         )
     for name in ("reach", "stiffness", *_WHERE_SPRINGS_ARE):

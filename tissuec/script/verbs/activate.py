@@ -70,7 +70,7 @@ class Activate(VerbSentence, frozen=True):
                 f"{self.group.name} does not consist of elements, along whose fibres it could "
                 "pull",
                 "make a body of elements: with a Young's modulus and a fibre modulus in its "
-                "tissue, fibres in the body, and not made of springs",
+                "tissue and fibres in the body",
             )
         with_fibres = any(f.fibres.along.shape[1] for f in network.elements)
         if with_fibres:

@@ -227,18 +227,11 @@ def _of_springs(state: State, springs: Indices, blade: Blade | None) -> CutSurfa
     own = springs[resistance.springs[springs] > 0.0]
     first, second = state.position[state.springs.ends[own]].swapaxes(0, 1)
     areas, low, high = resistance.areas[own], 0.0, 1.0
-    is_net = resistance.means[own] < 1.0
-    if blade is None:
-        areas = areas * np.where(is_net, resistance.means[own], 1.0)
-    else:
-        way = second - first
-        length = np.linalg.norm(way, axis=1)
-        cosine = np.abs(way @ blade.normal) / np.where(length > 0.0, length, 1.0)
-        areas = areas * np.where(is_net, cosine, 1.0)
-        if blade.limited[0]:
-            share = blade.crosses(first, second, state.network.extent)[1]
-            half = 0.5 * length / np.linalg.norm(blade.spans[0])
-            low, high = share - half, share + half
+    if blade is not None and blade.limited[0]:
+        length = np.linalg.norm(second - first, axis=1)
+        share = blade.crosses(first, second, state.network.extent)[1]
+        half = 0.5 * length / np.linalg.norm(blade.spans[0])
+        low, high = share - half, share + half
     return CutSurface.even(areas, areas * resistance.springs[own], low, high)
 
 

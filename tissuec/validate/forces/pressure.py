@@ -187,7 +187,7 @@ class VolumeField(ForceFormula):
 
     def __init__(self, enclosure: "Enclosure"):
         self._drawn, self._modulus = enclosure.drawn, enclosure.modulus
-        self._swellings, self._share = enclosure.swellings, enclosure.share
+        self._swellings = enclosure.swellings
         faces = np.diff(enclosure.first)
         self._cell = np.tile(np.repeat(np.arange(len(faces)), faces), len(SPLITS))
         corners = np.concatenate([enclosure.corners[:, split] for split in SPLITS])
@@ -205,7 +205,7 @@ class VolumeField(ForceFormula):
     def volumes(self, position: Floats) -> Floats:
         """Return the enclosed volumes [m³], shape (cell,)."""
         a, b, c = self._edges(position)
-        each = np.einsum("tk,tk->t", a, cross(b, c)) * (self._share / 12.0)
+        each = np.einsum("tk,tk->t", a, cross(b, c)) / 12.0
         return np.bincount(self._cell, each, len(self._drawn))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
 
     def _swell(self, time: float) -> tuple[float, float]:
@@ -219,7 +219,7 @@ class VolumeField(ForceFormula):
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         a, b, c = self._edges(position)
-        push = self._pressures(time, position)[self._cell, None] * (self._share / 12.0)
+        push = self._pressures(time, position)[self._cell, None] / 12.0
         slopes = push * cross(b, c), push * cross(c, a), push * cross(a, b)
         for corner, slope in zip(self._corners.T, slopes, strict=True):
             np.add.at(to, corner, slope)
@@ -246,7 +246,7 @@ class VolumeField(ForceFormula):
         place = 3 * nodes[:, :, None] + np.arange(3)
         moves = np.broadcast_to(nodes[:, :, None] >= 0, place.shape)
         slopes = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
-        slopes *= self._share / 12.0
+        slopes /= 12.0
         slopes = np.concatenate([slopes, -slopes.sum(axis=1, keepdims=True)], axis=1)
         cells = np.broadcast_to(self._cell[:, None, None], place.shape)
         where = place[moves], cells[moves]
@@ -257,7 +257,7 @@ class VolumeField(ForceFormula):
         for one, other, edge, sign in ((0, 1, c, -1.0), (0, 2, b, 1.0), (1, 2, a, -1.0)):
             turning[:, one, other] = sign * _cross_matrix(edge)
             turning[:, other, one] = turning[:, one, other].swapaxes(1, 2)
-        pressure = self._pressures(time, position)[self._cell] * (self._share / 12.0)
+        pressure = self._pressures(time, position)[self._cell] / 12.0
         bend = -np.einsum("t,ia,tijxy,jb->taxby", pressure, _ENDS, turning, _ENDS)
         return sparse.coo_matrix(stiff + assembled(bend, nodes, size))
 
