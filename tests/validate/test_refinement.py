@@ -142,7 +142,7 @@ def test_options_of_another_solver_are_refused_beside_meshes(call, option):  # n
             BEAM.replace("SELECTED", BY_PLACE).replace(
                 "Young's modulus = 10 kPa; Poisson's ratio = 0.3;",
                 "spring constant = 10 N/m; viscosity = 1 mN*s/m;",
-            ).replace("mesh is lattice {", "mesh is lattice { kind is sodium chloride;"),
+            ),
             "TIS309",
             "no body consists of elements",
         ),

@@ -23,6 +23,7 @@ def refined(scene: Scene, halvings: int, findings: Findings) -> Scene:
     """
     solid = {key: body for key, body in scene.bodies.items() if body.elements is not None}
     if not solid:
+        findings.raise_errors()  # which leave out bodies
         findings.add(
             "TIS309",
             "no body consists of elements, so no mesh can be refined",

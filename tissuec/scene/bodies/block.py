@@ -150,7 +150,7 @@ class _BodyReader:
             )
         if "made" not in self.once:
             self.elements = as_matter(self.mesh, self._matter())
-        elif self.elements is None and self._is_solid_matter():
+        elif not self.may_be_elements and self._is_solid_matter():
             place = self.once["made"]
             refuse_springs(self.name.text, self._matter(), place, self.findings)
             is_whole = False
