@@ -92,10 +92,10 @@ def test_a_wall_is_pushed_outwards_and_a_solid_inwards_however_triangles_are_lis
 
 def test_a_solid_is_pushed_inwards_whatever_it_is_made_of():
     tube = "axis from (0, 0, 0) mm to (0, 0, 20) mm; inner radius = 3 mm; outer radius = 5 mm"
-    for made in ("elements", "springs"):
+    for tissue in (TISSUE, "spring constant = 10 N/m; density = 1000 kg/m^3"):
         network = compiled_scene(
-            f"language 1\ntissue flesh {{ {TISSUE}; retardation time = 1 ms }}\n"
-            f"body duct {{ tissue is flesh; made of {made}\n"
+            f"language 1\ntissue flesh {{ {tissue}; retardation time = 1 ms }}\n"
+            "body duct { tissue is flesh\n"
             f"  mesh is thick tube {{ {tube}; rings = 9; sides = 12 }} }}\n"
             "environment { gravity = (0, 0, 0) m/s^2 }\nsimulate { duration = 1 ms }\n"
         ).network

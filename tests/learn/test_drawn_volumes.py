@@ -24,7 +24,7 @@ def bag(script):
         members=compiled.nodes_of("side"),
     )
     seen = series(fit(compiled, "position", "top", columns=3), np.array([2e-3, 5e-3]))
-    return compiled, [side, adjust("young's modulus", "wall")], [seen]
+    return compiled, [side, adjust("spring constant", "wall")], [seen]
 
 
 def test_derivatives_are_those_of_the_predictions():

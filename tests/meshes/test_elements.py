@@ -153,7 +153,7 @@ def test_a_filled_surface_consists_of_tetrahedra(tmp_path):
     whole = Imported(
         LocatedFile("a.obj", tmp_path / "a.obj", 1e-3), filling="tetrahedra", cell=0.025
     )
-    mesh, net = whole.build_elements(), whole.build(for_matter=True)
+    mesh, net = whole.build_elements(), whole.build()
     assert mesh.volume is not None and net.tetrahedra is not None
     a, b, c, d = net.position[net.tetrahedra].swapaxes(0, 1)
     size = np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)).sum() / 6.0

@@ -77,7 +77,7 @@ tissue gel {{
 }}
 body block {{
   mesh is lattice {{ cell = {cell} mm; box from (0, 0, 0) mm to (20, 20, 20) mm; {fine} }}
-  tissue is gel; made of {made}
+  tissue is gel
 }}
 environment {{
   gravity = (0, 0, 0) m/s^2
@@ -86,12 +86,16 @@ environment {{
 }}
 simulate {{ duration = 1 ms }}
 """
+NET = SCENE.replace(
+    "Young's modulus = 10 kPa; Poisson's ratio = {ratio}",
+    "spring constant = 10 N/m; retardation time = 1 ms",
+).replace("{fine}", "{fine}; kind is sodium chloride; reach is second neighbours")
 FINE = "fine cell = 1 mm; fine box from (3, 3, 19) mm to (5, 5, 20) mm"
 LAYER = "fine cell = (4, 4, 0.05) mm; fine box from (0, 0, 19.9) mm to (20, 20, 20) mm"
 
 
 def state_of(cell=4, fine=FINE, ratio=0.45):
-    text = SCENE.format(cell=cell, fine=fine, ratio=ratio, made="elements")
+    text = SCENE.format(cell=cell, fine=fine, ratio=ratio)
     compiled = compiled_scene(text)
     return State.start(compiled.network, gravity=np.zeros(3), drag=0.0)
 
@@ -173,7 +177,7 @@ def test_a_graded_layer_bends_as_a_beam():
     With both ends bent about an arc, each cross section turns in proportion to x, which
     hexahedra represent; the moment is that of the theory of beams at ν = 0.
     """
-    text = SCENE.format(cell=4, fine=LAYER, ratio=0.0, made="elements").split("environment")[0]
+    text = SCENE.format(cell=4, fine=LAYER, ratio=0.0).split("environment")[0]
     compiled = compiled_scene(text + "environment { gravity = (0, 0, 0) m/s^2 }\n"
                               "simulate { duration = 1 ms }")  # fmt: skip
     state = State.start(compiled.network, gravity=np.zeros(3), drag=0.0)
@@ -206,7 +210,7 @@ def test_the_size_is_foretold():
                                                    ("0.02", True)])  # fmt: skip
 def test_cells_that_are_far_longer_than_thick_are_reported(thin, is_reported):
     fine = LAYER.replace("0.05", thin).replace("19.9", "19.96")
-    compiled = compiled_scene(SCENE.format(cell=4, fine=fine, ratio=0.3, made="elements"))
+    compiled = compiled_scene(SCENE.format(cell=4, fine=fine, ratio=0.3))
     found = [each for each in check_all(compiled, thorough=False) if each.code == "W216"]
     assert len(found) == is_reported
     for each in found:
@@ -217,42 +221,48 @@ def test_cells_that_are_far_longer_than_thick_are_reported(thin, is_reported):
 
 
 @pytest.mark.parametrize(
-    ("fine", "made", "said"),
+    ("fine", "said"),
     [
-        ("fine cell = 1 mm", "elements", '"fine cell" and "fine box" are needed together'),
-        ("fine cell = 4" + FINE[13:], "elements", '"fine cell" must be smaller than "cell"'),
-        (FINE.replace("(3, 3, 19)", "(3, 3, 29)").replace("5, 20)", "5, 30)"), "elements",
+        ("fine cell = 1 mm", '"fine cell" and "fine box" are needed together'),
+        ("fine cell = 4" + FINE[13:], '"fine cell" must be smaller than "cell"'),
+        (FINE.replace("(3, 3, 19)", "(3, 3, 29)").replace("5, 20)", "5, 30)"),
          '"fine box" is outside of the "box"'),
-        (FINE + "; kind is sodium chloride; reach is second neighbours", "springs",
-         '"fine cell" is for bodies made of elements'),
-        (FINE.replace("= 1 mm", "= (1, 5, 1) mm"), "elements",
+        (FINE.replace("= 1 mm", "= (1, 5, 1) mm"),
          '"fine cell" must not be larger than "cell" along y'),
-        (LAYER.replace("0.05", "1e-9"), "elements",
+        (LAYER.replace("0.05", "1e-9"),
          '"fine cell" is too small for the "fine box": it gives too many cells'),
-        (LAYER.replace("0.05", "0"), "elements", "fine cell cannot be 0 m along z"),
+        (LAYER.replace("0.05", "0"), "fine cell cannot be 0 m along z"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_finer_is_refused(fine, made, said):
-    text = SCENE.format(cell=4, fine=fine, ratio=0.3, made=made)
+def test_what_cannot_be_finer_is_refused(fine, said):
+    text = SCENE.format(cell=4, fine=fine, ratio=0.3)
     with pytest.raises(CompileError) as caught:
         compiled_scene(text)
     assert said in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("cell", "made", "said"),
+    ("cell", "said"),
     [
-        ("(4, 4, 3)", "elements", '"box" is 20 mm long in z, which is not a whole number of '
+        ("(4, 4, 3)", '"box" is 20 mm long in z, which is not a whole number of '
          'cells ("cell" = 3 mm); 18 mm or 21 mm would fit'),
-        ("(4, 4, 2)", "springs",
-         'a "cell" that differs by direction is for bodies made of elements'),
-        ("(4, 4)", "elements", "cell is one number, or three for x, y and z"),
-        ("(4, 4, -1)", "elements", "cell cannot be -1 mm along z"),
+        ("(4, 4)", "cell is one number, or three for x, y and z"),
+        ("(4, 4, -1)", "cell cannot be -1 mm along z"),
     ],
 )  # fmt: skip
-def test_what_cannot_differ_by_direction_is_refused(cell, made, said):
-    more = "" if made == "elements" else "kind is sodium chloride; reach is second neighbours"
-    text = SCENE.format(cell=cell, fine=more, ratio=0.3, made=made)
+def test_what_cannot_differ_by_direction_is_refused(cell, said):
     with pytest.raises(CompileError) as caught:
-        compiled_scene(text)
+        compiled_scene(SCENE.format(cell=cell, fine="", ratio=0.3))
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("cell", "fine", "said"),
+    [
+        ("4", FINE, '"fine cell"'),
+        ("(4, 4, 2)", "", 'a "cell" that differs by direction'),
+    ],
+)
+def test_cells_of_nets_are_cubes_of_one_size(cell, fine, said):
+    with pytest.raises(CompileError, match=f"{said} is for bodies made of elements"):
+        compiled_scene(NET.format(cell=cell, fine=fine))

@@ -46,7 +46,7 @@ def test_quality_is_that_of_the_shape_alone():
 @every(("waves", "cell"), [(0.0, 0.006), (0.35, 0.006), (0.35, 0.004)])
 def test_fillings_for_elements_have_no_slivers_and_the_same_outside(waves, cell, tmp_path):
     mesh = filled(tmp_path, egg(waves), cell)
-    built, net = mesh.build_elements(), mesh.build(for_matter=True)
+    built, net = mesh.build_elements(), mesh.build()
     before = np.abs(quality(net.position[net.tetrahedra]))
     after = qualities(built)
     assert after.min() >= POOR

@@ -9,10 +9,7 @@ _PRESS = "move probe by (0, 0, -3) mm using smooth profile"
 _COUNT = "expect count(pieces"
 _FORCE = "expect force(forceps A along (0, 0, 1)) > 1 mN at 0.3 s"
 _OWN = "tissue own { described"
-_MESH = (
-    "mesh is lattice { kind is sodium chloride; reach is second neighbours; cell = 5 mm; "
-    "box from (0, 0, 0) mm to (40, 20, 10) mm }"
-)
+_MESH = "mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (40, 20, 10) mm }"
 
 
 def _pad(written: str, code: str, marked: str, hint: str, *rest: str) -> M:
@@ -33,7 +30,7 @@ MISTAKES = {
     "fiber modulus": M(_OWN, "tissue own { fiber modulus = 5 MPa; described", "TIS202", "fiber modulus", '"fibre modulus"'),
     "like a file": M("tissue graft like own", 'tissue graft like "matter/liver"', "TIS301", '"matter/liver"', 'use "matter/liver" at the top, and liver here (also in it: cirrhotic liver, steatotic liver)'),
     "like a file in use": M("tissue graft like own", 'tissue graft like "matter/fat"', "TIS301", '"matter/fat"', "its tissues: fat"),
-    "mesh by its file": M(_MESH, 'mesh is "meshes/liver.obj"', "TIS305", '"meshes/liver.obj"', 'mesh is imported { file "meshes/liver.obj" in mm }', ("TIS302",)),
+    "mesh by its file": M(_MESH, 'mesh is "meshes/liver.obj"', "TIS305", '"meshes/liver.obj"', 'mesh is imported { file "meshes/liver.obj" in mm }', ("TIS304",)),
     "backslash in a path": M('use "matter/fat"', 'use "matter\\fat"', "TIS603", 'use "matter\\fat"', 'write "matter/fat"'),
     # units
     "length for a frequency": M("damping = 1 mN*s/m }", "mass damping = 5 mm }", "TIS502", "5 mm", "such as 5 Hz"),

@@ -17,20 +17,17 @@ tissue own { described in soft matter; hardness is soft; elasticity is medium; w
 tissue cord { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 mg; breaking force = 1 N }
 
 body strip {
-  made of springs
   mesh is sheet {
     corner = (0, 0, 20) mm; first edge = (40, 0, 0) mm; second edge = (0, 20, 0) mm
-    columns = 9; rows = 5; diagonals is both
+    columns = 9; rows = 5
   }
   tissue is skin
   thickness = 2 mm
 }
 body pad {
-  made of springs
-  mesh is lattice { kind is sodium chloride; reach is second neighbours; cell = 5 mm; box from (0, 0, 0) mm to (40, 20, 10) mm }
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (40, 20, 10) mm }
   tissue is fat
-  region lump where within 6 mm of (20, 10, 5) mm { tissue is graft }
-  interface is softer
+  region lump where x < 10 mm { tissue is graft }
   rupture is allowed
 }
 joint anchors { springs from lower side to pad; reach = 25 mm; tissue is cord; rupture is allowed }
@@ -440,13 +437,6 @@ MISTAKES = {
     ),
     "thickness missing": M(
         "  thickness = 2 mm\n", "", "TIS304", "body strip", "for example: thickness = 1 mm"
-    ),
-    "interface missing": M(
-        "  interface is softer\n",
-        "",
-        "TIS304",
-        "body pad",
-        "write interface is mean, softer or stiffer, which sets the material of",
     ),
     "circle of tissues": M(
         "tissue graft like own { elasticity is big }",

@@ -5,7 +5,7 @@ import pytest
 
 import tissuec
 from tests.findings import finding_of
-from tests.matter.test_bodies import SHEET, THREAD, block, text_of
+from tests.matter.test_bodies import THREAD, text_of
 from tests.scene.breaking import ruptures, the_reference_breaks_alike
 from tests.scene.test_breaking_elements import (
     breaks,
@@ -61,22 +61,13 @@ def test_the_reference_breaks_the_same_elements_by_both():
     the_reference_breaks_alike(found)
 
 
-# --- springs ----------------------------------------------------------------------------------
+# --- bars -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("mesh", "more"),
-    [
-        (block("sodium chloride", 10), ""),
-        (SHEET.format(5, 3, "both"), "thickness = 1 mm; "),
-        (THREAD, ""),
-    ],
-    ids=["block", "sheet", "thread"],
-)
 @pytest.mark.parametrize("law", ["", "stiffening = 6; "])
-def test_springs_break_at_the_smaller_force(mesh, more, law):
+def test_bars_break_at_the_smaller_force(law):
     def strength(limit):
-        text = text_of(mesh, f"{MATTER}; {law}{limit}", f"{more}rupture is allowed")
+        text = text_of(THREAD, f"{MATTER}; {law}{limit}", "rupture is allowed")
         network = tissuec.compile(text).network
         return network.springs.strength, network.provenance["strength"]
 
@@ -107,9 +98,9 @@ def test_a_toughness_counts_alone_or_where_the_body_breaks_by_it():
     assert limits(beside, "rupture is allowed") == [0.4, 1500.0, np.inf]
 
 
-def test_springs_break_by_toughness_too():
+def test_bars_break_by_toughness_too():
     def strength(limit, rupture):
-        text = text_of(block("sodium chloride", 10), f"{MATTER}; {limit}", rupture)
+        text = text_of(THREAD, f"{MATTER}; {limit}", rupture)
         return tissuec.compile(text).network.springs.strength
 
     alone = strength("toughness = 4 J/m^2", "rupture is allowed")

@@ -6,10 +6,8 @@ inside is joined to it: each node of the surface to the three nearest inner ones
 node that lost a bond to the three nearest of the surface. No spring is drawn through the
 outside, across a fold or a notch, as far as some places along it show.
 
-Three springs alone leave a face that is parallel to a plane of the lattice free to shear. So
-matter is *braced*: by all that are as near as the third, and by the edges of Delaunay's
-tetrahedra that end at the surface. What is as near as something else but for rounding counts as
-much there: a surface may lie on planes of the lattice, and files have few digits.
+A surface may lie on planes of the lattice, and files have few digits: lengths that differ by
+rounding only count as equal.
 """
 
 from typing import NamedTuple
@@ -43,7 +41,7 @@ _NONE = np.zeros((0, 4), dtype=np.int64)
 class Filling(NamedTuple):
     """Nodes to be added after those of the surface, and node pairs to be joined.
 
-    Tetrahedra divide the inside, also where springs are the bonds of a lattice.
+    Tetrahedra divide the inside; there are none where springs are the bonds of a lattice.
     """
 
     position: Floats
@@ -59,20 +57,13 @@ class Interior(Struct, frozen=True, eq=False):
         position: Its nodes [m], shape (node, 3).
         triangles: Facing outwards, shape (triangle, 3).
         cell: Edge of the cubic cell [m].
-        for_elements: Whether the inside is joined to the surface so firmly that no face can
-            shear.
         part: Where tetrahedra are finer; None without such a part.
     """
 
     position: Floats
     triangles: Indices
     cell: float
-    for_elements: bool
     part: FinePart | None = None
-
-    @property
-    def _tie(self) -> float:
-        return _TIE if self.for_elements else 0.0
 
     def box(self) -> tuple[Floats, Floats]:
         """Return the lowest and the highest corner of a box of whole cells [m].
@@ -84,7 +75,7 @@ class Interior(Struct, frozen=True, eq=False):
         """
         low, high = self.position.min(axis=0), self.position.max(axis=0)
         with np.errstate(over="ignore"):
-            cells = np.maximum(np.ceil((high - low) / self.cell - self._tie), 1.0)
+            cells = np.maximum(np.ceil((high - low) / self.cell - _TIE), 1.0)
         if np.any(cells > LARGEST):
             raise FormatError("the cell of the filling is too small: it gives too many nodes")
         half = cells * (self.cell / 2.0)
@@ -114,19 +105,16 @@ class Interior(Struct, frozen=True, eq=False):
             sites, bonds, np.asarray(np.isin(bonds, border).any(axis=1)), _BOND
         )
         points, count = np.concatenate([self.position, sites]), len(self.position)
-        cells, edges = _NONE, _NONE[:, :2]
-        if self.for_elements:
-            cells, edges = self._divided(points, _delaunay(points))
-        joints = np.concatenate([self._nearest(sites, border), edges[edges[:, 0] < count]])
-        joints = self._within(points, joints, joints[:, 1] >= count, _JOINT)
-        bare = count - len(np.unique(joints[joints[:, 1] >= count, 0]))
+        joints = self._nearest(sites, border)
+        joints = self._within(points, joints, np.ones(len(joints), dtype=bool), _JOINT)
+        bare = count - len(np.unique(joints[:, 0]))
         remarks = ()
         if bare:
             remarks = (
                 f"{counted(bare, 'node')} of the surface not joined to the inside: the body is "
                 "thin compared with the cell there",
             )
-        return Filling(sites, np.concatenate([bonds + count, joints]), cells, remarks)
+        return Filling(sites, np.concatenate([bonds + count, joints]), _NONE, remarks)
 
     def with_tetrahedra(self) -> Filling:
         """Return body-centred sites and the tetrahedra of them and the surface.
@@ -203,7 +191,7 @@ class Interior(Struct, frozen=True, eq=False):
         surface = KDTree(self._sampled(float(clear.min(initial=self.cell)) / 2.0))
         most = float(clear.max(initial=0.0))
         far, _ = surface.query(sites[found], distance_upper_bound=most)
-        found = found[far >= (1.0 - self._tie) * clear]
+        found = found[far >= (1.0 - _TIE) * clear]
         if not len(found):
             raise FormatError(
                 "no node of the filling lies inside the surface", "write a smaller cell"
@@ -260,44 +248,26 @@ class Interior(Struct, frozen=True, eq=False):
         """
         count = len(self.position)
         reach = _FARTHEST * self.cell
-        outer, there = _neighbours(self.position, sites, reach, self._tie)
-        inner, beside = _neighbours(sites[border], self.position, reach, self._tie)
+        outer, there = _neighbours(self.position, sites, reach)
+        inner, beside = _neighbours(sites[border], self.position, reach)
         ends = np.concatenate([outer, beside]), np.concatenate([there, border[inner]]) + count
         return np.stack(ends, axis=1)
 
 
-def _delaunay(points: Floats) -> Indices:
-    """Return Delaunay's tetrahedra, shape (tetrahedron, 4).
+def _neighbours(points: Floats, others: Floats, reach: float) -> tuple[Indices, Indices]:
+    """Return points and their three nearest others, both by number, one row for each pair.
 
-    Where they are not unique, faces of some may not match; their edges are alike in more
-    directions.
-    """
-    from scipy.spatial import Delaunay
-
-    return Delaunay(points - points.mean(axis=0)).simplices.astype(np.int64)
-
-
-def _neighbours(
-    points: Floats, others: Floats, reach: float, tie: float
-) -> tuple[Indices, Indices]:
-    """Return points and their nearest others, both by number, one row for each pair.
-
-    They are three, fewer where they are far away, and those as near as the third.
+    They are fewer where they are far away.
 
     Args:
         reach: As far as any of them may be [m].
-        tie: By which part of a distance others are as near; 0 for no more than three.
     """
     from scipy.spatial import KDTree
 
-    tree, near = KDTree(others), min(NEAREST, len(others))
+    near = min(NEAREST, len(others))
     far, which = (
         np.reshape(found, (len(points), near))
-        for found in tree.query(points, k=near, distance_upper_bound=(1.0 + tie) * reach)
+        for found in KDTree(others).query(points, k=near, distance_upper_bound=reach)
     )
-    if not tie:
-        row, column = np.nonzero(np.isfinite(far))
-        return row, which[row, column]
-    balls = tree.query_ball_point(points, (1.0 + tie) * np.minimum(far[:, -1], reach))
-    number = np.array([len(each) for each in balls])
-    return np.repeat(np.arange(len(points)), number), np.concatenate(balls).astype(np.int64)
+    row, column = np.nonzero(np.isfinite(far))
+    return row, which[row, column]

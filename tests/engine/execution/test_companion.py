@@ -120,8 +120,11 @@ output { position of wall every 10 ms }
 def test_of_walls_that_crumple_the_way_out_is_told():
     with pytest.warns(tissuec.TissueWarning, match="wall does not resist bending and crumples"):
         tissuec.run(CRUMPLING, companion="inline")
-    bending = CRUMPLING.replace("thickness = 1 mm", "thickness = 1 mm; bending is elastic")
-    for text, is_limp in ((CRUMPLING, True), (bending, False)):
+    soft = CRUMPLING.replace("thickness = 1 mm", "thickness = 1 mm; bending is soft")
+    elastic = CRUMPLING.replace("spring constant = 1.6 N/m", "Young's modulus = 2 kPa")
+    elastic = elastic.replace("; diagonals is both", "")
+    membrane = elastic.replace("thickness = 1 mm", "thickness = 1 mm; bending is none")
+    for text, is_limp in ((CRUMPLING, True), (soft, False), (membrane, True), (elastic, False)):
         network = tissuec.compile(text).network
         assert companion._is_limp(network, network.bodies[0]) == is_limp
     assert not companion._is_limp(chain(3), chain(3).bodies[0])

@@ -446,7 +446,7 @@ def change_of_volumes(
     total = sparse.csr_matrix(change.shape)
     for part, enclosure in _drawn(order):
         (slopes,) = enclosure.slopes_of_sums(position, np.arange(len(position)), len(position))
-        by = sparse.coo_matrix(enclosure.share * slopes.T)
+        by = sparse.coo_matrix(slopes.T)
         entries = by.data, (part.start + by.row, first + by.col)
         total = total + sparse.csr_matrix(entries, shape=(size, size)) @ change
     return sparse.csr_matrix(total)

@@ -231,7 +231,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             raise ValueError('"fine cell" is for bodies made of elements')
         shape = self.shape
         try:
-            filling = self._filled(for_elements=False)
+            filling = self._filled()
             position = np.concatenate([shape.position, filling.position])
             ends = springs(len(position), shape.pairs, filling.pairs)
             shares = self._shares(position, ends, filling)
@@ -269,7 +269,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
         try:
             shape = self._fine_shape
-            filling = self._filled(for_elements=True)
+            filling = self._filled()
             position = np.concatenate([shape.position, filling.position])
             if len(filling.tetrahedra):
                 from tissuec.meshes.slivers import without_slivers
@@ -305,7 +305,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         """
         if not self.shape.is_volume:
             return {}, 0
-        bricks, tetrahedra = self._cells(self._filled(for_elements=True))
+        bricks, tetrahedra = self._cells(self._filled())
         found = {name: len(cells) for name, cells in bricks.items()}
         kept = sum(found.values()) + len(self.shape.cells.get("tetra", ()))
         divided = sum(map(len, self.shape.cells.values())) - kept
@@ -374,7 +374,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         position, skin, groups = found
         return replace(shape, position=position, skin=skin, groups=groups)
 
-    def _interior(self, *, for_elements: bool = False) -> "Interior":
+    def _interior(self) -> "Interior":
         """Return the closed surface; raises FormatError if there is none."""
         from tissuec.meshes.filling import Interior
 
@@ -385,7 +385,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         edges = Edges.among(shape.skin)
         if not edges.is_closed:
             raise self._open(edges)
-        return Interior(shape.position, shape.skin, self.cell, for_elements, self._part)
+        return Interior(shape.position, shape.skin, self.cell, self._part)
 
     def _open(self, edges: Edges) -> FormatError:
         """Return why a surface cannot be filled, and where the first defect is."""
@@ -411,15 +411,15 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         hint = "where closed parts touch, keep their nodes apart: merging is off"
         return FormatError(message, hint + alone)
 
-    def _filled(self, *, for_elements: bool) -> "Filling":
+    def _filled(self) -> "Filling":
         from tissuec.meshes.filling import Filling
 
         if self.filling in ("none", CUBES):
             none = np.zeros((0, 3))
             return Filling(none, none[:, :2].astype(int), np.zeros((0, 4), int), ())
         if self.filling == TETRAHEDRA:
-            return self._interior(for_elements=for_elements).with_tetrahedra()
-        return self._interior(for_elements=for_elements).with_lattice(self.filling, self.reach)
+            return self._interior().with_tetrahedra()
+        return self._interior().with_lattice(self.filling, self.reach)
 
     def _tetrahedra(self, filling: "Filling") -> Indices | None:
         """Return the tetrahedra that divide a solid; None of surfaces."""
