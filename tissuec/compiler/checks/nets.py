@@ -183,8 +183,23 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
                 f"{body.name} has {counted(len(zero), 'spring')} between nodes at the same "
                 f"position (id {ids}{more})",
                 body.span,
-                "a spring of length zero has no direction and no force until its ends separate",
+                _of_zero_length(compiled, body.name),
             )
+
+
+def _of_zero_length(compiled: Compiled, name: str) -> str:
+    """Return what to do about springs of length zero of a body or joint."""
+    why = "a spring of length zero has no direction and no force until its ends separate"
+    joint = compiled.scene.joints.get(key_of(name))
+    if joint is None:
+        return why
+    hosts = compiled.network.elements
+    for side, other in (joint.ends, joint.ends[::-1]):
+        nodes = compiled.groups.nodes(other).indices
+        if any(np.isin(one.nodes, nodes).any() for one in hosts):
+            glue = f"glue from {side.text} to {other.text}"
+            return f"{why}; to tie the bodies, write in the joint: {glue}"
+    return why
 
 
 @check

@@ -43,8 +43,8 @@ class MatterReader:
                 "TIS309",
                 f"a spring of {self.body.name} has zero length, so it cannot be made of matter",
                 self.body.span,
-                hint="give it a tissue with a spring constant, such as 20 kN/m: springs "
-                "between nodes at the same position then hold these together",
+                hint="write glue from A to B in place of its springs, which ties A to the "
+                "elements of B, or give it a tissue with a spring constant, such as 20 kN/m",
                 notes=self._notes(),
             )
         return self._section()
