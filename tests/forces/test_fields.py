@@ -16,7 +16,6 @@ from tests.forces.test_plates import TUBE, plates
 from tests.forces.test_pressure import network_of, pressure_on, shaken
 from tests.hand_net import make_net
 from tests.test_enclosures import RADIUS, ball
-from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
 from tissuec.autodiff.evaluation import evaluate
 from tissuec.compiled.calls import kernel_on
@@ -83,12 +82,6 @@ def pressed():
     return Example(found, shaken(net, 5e-4), 5e-3, stores=False, is_bounded=False)
 
 
-def bent():
-    net = shell(damping=1e-5)
-    noise = np.random.default_rng(2).normal(size=net.position.shape)
-    return Example(net.hinges, net.position + 1e-3 * noise, 0.01)
-
-
 def curved():
     field, drawn = plates(TUBE, delay=0.02)
     noise = np.random.default_rng(2).normal(size=drawn.shape)
@@ -147,7 +140,6 @@ NODAL = {
 }
 #: Fields that follow from a potential; see ``test_potential_fields``.
 POTENTIALS = {
-    "bent": bent,
     "curved": curved,
     "foundation": lambda: on_some("foundation", 30.0, 0.4),
 }

@@ -128,7 +128,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
         "_along",
         "_inner",
     ),
-    "tissuec.forces.surfaces.bending": ("of", "weight", "speed", "_grip", "_hinge"),
+    "tissuec.forces.surfaces.bending": ("of", "weight", "speed", "_grip", "as_drawn"),
     "tissuec.forces.surfaces.plates": ("_plate",),
     "tissuec.forces.enclosed.pressure": ("_pressed",),
     "tissuec.forces.enclosed.fluids": ("_triangle", "_cavity"),

@@ -178,7 +178,7 @@ def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> 
                 one.span,
                 hint="let the plane cross the wall",
             )
-    for bent in network.of_kind("bending", "plates"):
+    for bent in network.of_kind("plates"):
         if len(there := np.intersect1d(bent.nodes, one.nodes)):
             name = network.body_at(int(there[0])).name
             findings.reject(

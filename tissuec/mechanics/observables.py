@@ -257,7 +257,7 @@ def energy_within(state: State, position: Floats, velocity: Floats, nodes: Indic
     inside = np.zeros(position.shape[-2], dtype=bool)
     inside[nodes] = True
     total = np.zeros(position.shape[:-2])
-    for field in state.of_kind("elements", "membranes", "plates", "bending"):
+    for field in state.of_kind("elements", "membranes", "plates"):
         own = field.intact(state.alive)
         own = own.without(np.flatnonzero(~inside[own.nodes].all(axis=1)))
         total = total + own.recalling(velocity).energy(0.0, position)

@@ -15,7 +15,6 @@ KINDS = (
     "fluid",
     "pressure",
     "activation",
-    "bending",
     "plates",
     "contact",
     "jet",

@@ -231,7 +231,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         memories: Hidden nodes after all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
-        blocks: What acts beside springs from the start: hinges, contact, ``force`` blocks.
+        blocks: What acts beside springs from the start: elements, contact, ``force`` blocks.
         weighing: Weights of the nodes of bodies over those that their masses would have,
             dimensionless, shape (node,); None if all are 1.
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
@@ -328,11 +328,6 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     def contact(self) -> Any:
         """The ``forces.contact.Contact`` of all that can touch; None if nothing can."""
         return self.field("contact")
-
-    @property
-    def hinges(self) -> Any:
-        """The ``surfaces.bending.Hinges`` of walls that resist bending; None without any."""
-        return self.field("bending")
 
     def with_blocks(self, *blocks: FieldBlock) -> "Network":
         """Return this with other blocks; they replace those of the same names."""

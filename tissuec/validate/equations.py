@@ -27,7 +27,7 @@ from tissuec.validate.embedded import EmbeddedPoints
 from tissuec.validate.field_matrices import FieldMatrices
 from tissuec.validate.forces import FORMULAS, ForceFormula
 from tissuec.validate.forces.activation import ActiveFibres
-from tissuec.validate.forces.bending import Folding, PlateBending
+from tissuec.validate.forces.bending import PlateBending
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.fluids import FluidField
 from tissuec.validate.forces.jets import JetForce
@@ -199,8 +199,6 @@ class Equations:
                 return PressedSkin(field)
             case "activation":
                 return ActiveFibres(field)
-            case "bending":
-                return Folding(field)
             case "plates":
                 return PlateBending(field)
             case "jet":

@@ -20,14 +20,14 @@ from scipy import sparse
 
 from tissuec.validate.embedded import EmbeddedPoints
 from tissuec.validate.forces import ForceFormula
-from tissuec.validate.forces.bending import Folding, PlateBending
+from tissuec.validate.forces.bending import PlateBending
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.supports import MirroredForces
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-VISCOUS = (ElementSolid, Folding, MembraneWall, PlateBending)
+VISCOUS = (ElementSolid, MembraneWall, PlateBending)
 FASTEST = 1e-3  # of the velocities by which viscous forces are differenced [m/s]
 
 

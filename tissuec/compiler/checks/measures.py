@@ -30,7 +30,7 @@ from tissuec.script.verbs.press import Press
 from tissuec.script.verbs.push import Push
 
 #: Kinds of blocks whose forces on all nodes of a body cancel.
-_INNER = ("elements", "membranes", "bending", "plates", "activation")
+_INNER = ("elements", "membranes", "plates", "activation")
 
 
 #: A measure, what it is taken of, and the place that names both.
@@ -207,7 +207,7 @@ def _stores_energy(compiled: Compiled, subject: Subject) -> bool:
     if subject.nodes is None or not network.edges[subject.springs].all():
         return True
     inside = _chosen(compiled, subject)
-    fields = network.of_kind("elements", "membranes", "plates", "bending")
+    fields = network.of_kind("elements", "membranes", "plates")
     return any(bool(inside[field.nodes].all(axis=1).any()) for field in fields)
 
 

@@ -591,7 +591,7 @@ def _is_limp(network: Network, body: BodyPart) -> bool:
         return False
     from tissuec.matter.elasticity import wall_springs
 
-    if any(np.isin(one.nodes, skin).any() for one in network.of_kind("bending", "plates")):
+    if any(np.isin(one.nodes, skin).any() for one in network.of_kind("plates")):
         return False
     return bool(wall_springs(skin, network.springs.ends[body.springs]).all())
 

@@ -1,1 +1,1 @@
-"""Walls and hinges: triangles of surfaces that stretch and bend."""
+"""Walls: triangles of surfaces that stretch and bend."""

@@ -24,7 +24,7 @@ from tissuec.autodiff import Angle, Numbers, Potential, Vector
 from tissuec.core.source import Span
 from tissuec.forces.fields import Items
 from tissuec.forces.potential_fields import PotentialField
-from tissuec.forces.surfaces.bending import Fold, hinges_at
+from tissuec.forces.surfaces.bending import Fold, as_drawn
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import PairIndex
@@ -113,13 +113,10 @@ class Plates(PotentialField, frozen=True):
             triangles: Those of each patch as entities of the network, shape (triangle, n); None
                 where these do not break.
         """
-        none = np.zeros(0, dtype=np.int64)
         own = nodes[:, np.array(HINGES)].reshape(-1, 4)
         is_hinge = (nodes[:, 3:] != nodes[:, :3]).ravel()
         drawn, squares = np.zeros(len(own)), np.ones((len(own), 2))
-        zero = np.zeros(int(is_hinge.sum()))
-        hinges = hinges_at(position, own[is_hinge], zero, zero, none, none)
-        drawn[is_hinge], squares[is_hinge] = hinges.drawn, hinges.squares
+        drawn[is_hinge], squares[is_hinge] = as_drawn(position[own[is_hinge]])
         edges, which = PairIndex(ends).between(nodes[:, EDGES].reshape(-1, 2))
         walls, walled = first_spring + edges, which // len(EDGES)
         count = len(nodes)

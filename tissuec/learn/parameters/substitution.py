@@ -197,9 +197,8 @@ class Compilations:
         words = {word for _, word in first}
         self._is_linear &= not {YOUNGS_MODULUS, RETARDATION_TIME} <= words
         self._is_linear &= words.isdisjoint(SHARES)
-        # Bulk moduli and hinges are not linear in Poisson's ratio, nor in what damps these.
+        # Bulk moduli are not linear in Poisson's ratio, nor in what damps these.
         self._is_linear &= words.isdisjoint({POISSONS_RATIO, *TIMES, VISCOSITY})
-        self._is_linear &= compiled.network.hinges is None
         self._is_linear &= all(isinstance(place, UsePlace) for place, _ in first)
         if elements_of(compiled.network):
             self._is_linear &= words <= _LINEAR and compiled.network.contact is None

@@ -1,11 +1,9 @@
-"""The bending of walls: moments of hinges about edges, also of plates of triangles.
+"""The bending of walls of triangles, by the moments of the folds at their edges.
 
 A tip at the distance h from the edge, on a triangle with the unit normal n, is pushed by
 M n / h. The edge bears the opposite, shared so that no moment is left across it. A triangle of
 the area A counts as (1 + ε) A² / (A² + ε A0²), A0 being its drawn area, and stores less as it
 collapses, which pulls at its corners too.
-
-The bending of walls of triangles, by the moments of the folds at their edges.
 
 A triangle whose folds differ by Δ from the drawn ones stores Δᵀ K Δ/2 while these are small.
 Beyond, K_ii Δ²/2 is K_ii (1 - cos Δ) as in a hinge, and Δ_i Δ_j is sin Δ_i sin Δ_j; a hinge
@@ -22,68 +20,12 @@ from tissuec.core.arrays import cross
 from tissuec.validate.forces import ForceFormula, assembled
 
 if TYPE_CHECKING:
-    from tissuec.forces.surfaces.bending import Hinges
     from tissuec.forces.surfaces.plates import Plates
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 PART = 1e-2  # ε
 STEP = 1e-30  # of complex steps, by which forces are differentiated
-
-
-class Folding(ForceFormula):
-    """The hinges of a net as a field of forces.
-
-    Args:
-        hinges: Read for their nodes, drawn folds and areas, stiffness and damping.
-    """
-
-    def __init__(self, hinges: "Hinges"):
-        self._nodes, self._drawn = hinges.nodes, hinges.drawn
-        self._stiffness, self._damping = hinges.stiffness, hinges.damping
-        self._squares = hinges.squares  # of twice the drawn areas
-
-    def _turned(self, corners: Any) -> tuple[Any, Any, Any, Any]:
-        return turned_hinges(corners, self._drawn, self._squares)
-
-    def _seen(self, position: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        more, counts, slopes, growing = self._turned(position[self._nodes].astype(complex))
-        return more.real, counts.real, slopes.real, growing.real
-
-    def _speed(self, slopes: Floats, velocity: Floats) -> Floats:
-        return np.einsum("hkc,hkc->h", slopes, velocity[self._nodes])
-
-    def _pulled(self, more: Any, counts: Any, slopes: Any, growing: Any) -> Any:
-        """Return ∂E/∂x of the corners [N], shape (hinge, 4, 3)."""
-        turning = (counts * self._stiffness * np.sin(more))[:, None, None] * slopes
-        return turning + (self._stiffness * (1.0 - np.cos(more)))[:, None, None] * growing
-
-    def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        more, counts, slopes, growing = self._seen(position)
-        braking = counts * self._damping * self._speed(slopes, velocity)
-        forces = self._pulled(more, counts, slopes, growing) + braking[:, None, None] * slopes
-        np.subtract.at(to, self._nodes, forces)
-
-    def energy(self, time: float, position: Floats) -> float:
-        """Return the stored energy [J]: k (1 - cos(θ - θ0)) over all hinges, as they count."""
-        more, counts, _, _ = self._seen(position)
-        return float(self._stiffness @ (counts * (1.0 - np.cos(more))))
-
-    def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        _, counts, slopes, _ = self._seen(position)
-        return float(self._damping @ (counts * self._speed(slopes, velocity) ** 2))
-
-    def matrix(
-        self, time: float, position: Floats, number: Indices, size: int
-    ) -> sparse.coo_matrix:
-        """Return the second derivative of the energy [N/m], shape (3 size, 3 size)."""
-        blocks = np.zeros((len(self._nodes), 4, 3, 4, 3))
-        for corner in range(4):
-            for axis in range(3):
-                moved = position[self._nodes].astype(complex)
-                moved[:, corner, axis] += 1j * STEP
-                blocks[:, :, :, corner, axis] = self._pulled(*self._turned(moved)).imag / STEP
-        return assembled(blocks, number[self._nodes], size)
 
 
 def turned_hinges(corners: Any, drawn: Floats, squares: Floats) -> tuple[Any, Any, Any, Any]:
