@@ -24,6 +24,7 @@ simulate { duration = 0.1 s; integrator is equilibrium; step = 50 ms }
 output {
   contact area(plate) every 50 ms; contact pressure(plate) every 50 ms; force(plate) every 50 ms
   trajectory with [contact pressure] every 50 ms
+  largest(contact pressure of block) every 50 ms
 }
 """
 PLATE = "tool plate { kind is plane; point = (0, 0, 10.1) mm; normal = (0, 0, -1) }"
@@ -71,6 +72,9 @@ def test_area_times_pressure_is_the_force_of_a_plate(tmp_path):
     assert area[-1] > 1.1 * 1e-4
     shared = areas_of_nodes(run, np.arange(27), 10e-3)
     assert run.fields["contact pressure"][-1] @ shared == pytest.approx(force[-1], rel=1e-6)
+    peak = run.logs["largest contact pressure of block"].value[:, 0]
+    assert np.array_equal(peak, run.fields["contact pressure"][:].max(axis=1))
+    assert peak[-1] > pressure[-1] > 0.0
 
 
 def test_both_faces_of_two_bodies_bear_the_whole_force(tmp_path):
@@ -97,5 +101,6 @@ def test_both_faces_of_two_bodies_bear_the_whole_force(tmp_path):
 def test_a_field_of_contact_without_faces_is_refused(old, new):
     text = PRESSED.replace(old, new).replace("contact area(plate) every 50 ms; ", "")
     text = text.replace("contact pressure(plate) every 50 ms; ", "")
+    text = text.replace("  largest(contact pressure of block) every 50 ms\n", "")
     found = finding_of(compiled_scene, text)
     assert found.message == "contact pressure is always 0: nothing touches faces of elements"

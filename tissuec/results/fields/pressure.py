@@ -33,7 +33,8 @@ class ContactPressureField(FrameField):
     text = "pressure of contact on the faces around each node"
     remark = (
         "It is 0 where contact acts on nodes, and without contact. Normal forces of the faces "
-        "around a node are divided by their present areas."
+        "around a node are divided by their present areas. Faces with four nodes are divided "
+        "into triangles: at a corner of a body, the pressure can be wrong by a half."
     )
     needs = ("faces",)
 
