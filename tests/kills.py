@@ -36,7 +36,7 @@ OF_COMPANION = ("promise",)
 NOT_COMPARED = ("tissuec/checkpoint", "tissuec/checksums", "tissuec/companion")
 MODES = ("off", "inline", "process")  # of companions
 SAID = "said.txt"  # what the last command printed, in the folder of the results
-DEADLINE = 300.0  # of one run [s]
+DEADLINE = 900.0  # of one run [s]
 
 
 class Wrong(Exception):

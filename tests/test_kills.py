@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from tissuec.core.resources import library
+
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes as on POSIX")
 #: A sheet that is drawn out and shaken, cut, and torn, with every kind of output.
 SHEET = """language 1
@@ -47,6 +49,18 @@ def test_a_run_that_is_killed_at_any_moment_is_gone_on_with_bit_for_bit(tmp_path
     scene = tmp_path / "sheet.tis"
     scene.write_text(SHEET.replace("DURATION", "0.4 s"))
     told = tormented(scene, 3, seed=3)
+    assert sum(told["kills"].values()) == 3
+    assert told["resumed"] >= 1 and told["finished"] >= 1
+
+
+SCENES = sorted(one.stem for one in (library() / "scenes").glob("*.tis"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stem", SCENES)
+def test_every_shipped_scene_is_gone_on_with_bit_for_bit(stem):
+    """Killed three times, also as it ends; the last run that is killed leaves a checkpoint."""
+    told = tormented(library() / "scenes" / f"{stem}.tis", 3, seed=11)
     assert sum(told["kills"].values()) == 3
     assert told["resumed"] >= 1 and told["finished"] >= 1
 
