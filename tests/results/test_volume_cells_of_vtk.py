@@ -8,6 +8,7 @@ import pytest
 
 import tissuec
 from tests.every import every
+from tests.findings import finding_of
 from tests.test_cli import tissuec as command
 from tests.vtk_reading import BRICK, HEXAHEDRON, TETRAHEDRON, WEDGE, opened
 from tissuec.geometry.elements import CUBE, CUBE_27, MIDDLES, SHAPES
@@ -298,11 +299,42 @@ def test_files_that_are_no_deformed_shape_are_refused(runs, tmp_path):
     with h5py.File(named, "w") as file:
         file["other"] = 1
     assert refusal(named.read_bytes()) == "it is an HDF5 file without the group VTKHDF"
+    with h5py.File(path) as now, h5py.File(named, "w") as file:
+        for name in now:
+            now.copy(name, file)
+        file["tissuec"].attrs["layout_version"] = 2
+    assert refusal(named.read_bytes()) == (
+        f"it is a result of layout 2 (of tissuec {tissuec.__version__}), which has no volume "
+        "cells"
+    )
     text = scene(HEXAHEDRON).replace("trajectory every 2 ms; ", "").replace("; blocks", "")
     still = tissuec.run(text, out=tmp_path / "still.vtkhdf", companion="off")
     assert refusal(still.path.read_bytes()) == (
         "it contains no frame, because its scene records no trajectory"
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "cells", "where"),
+    [
+        (HEXAHEDRON, [[0, 1, 2, 3, 4, 5, 6, 7], [0, 1, 2, 3, 3, 2, 1, 0]], "(4 mm, 4 mm, 0 m)"),
+        (WEDGE, [[0, 1, 2, 4, 5, 6], [0, 1, 2, 2, 1, 0]], "(5.33 mm, 2.67 mm, 0 m)"),
+        (10, [[0, 1, 3, 4], [0, 1, 2, 3]], "(4 mm, 4 mm, 0 m)"),
+    ],
+)
+def test_cells_without_volume_have_a_place_and_a_way_out(kind, cells, where, tmp_path):
+    grid = pyvista.UnstructuredGrid(
+        np.insert(np.array(cells), 0, len(cells[0]), axis=1).ravel(), [kind] * 2, CORNERS
+    )
+    grid.save(tmp_path / "mesh.vtk")
+    mesh = 'imported { file "mesh.vtk" in mm }'
+    text = BLOCK.format(gel=GEL, mesh=mesh, made="made of elements", more="")
+    (tmp_path / "scene.tis").write_text(text, encoding="utf-8")
+    found = finding_of(tissuec.compile, tmp_path / "scene.tis")
+    name = {HEXAHEDRON: "hexahedron", WEDGE: "wedge", 10: "tetrahedron"}[kind]
+    assert found.code == "TIS605" and found.span.text.startswith('file "mesh.vtk"')
+    assert f"the first of them {name} 2 around {where}" in found.message
+    assert found.hint.startswith("repair it in the program that made the mesh")
 
 
 def test_recorded_tensors_are_those_of_blocks(tmp_path):

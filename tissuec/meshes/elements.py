@@ -198,7 +198,7 @@ def _refuse_flat(elements: ElementMesh, position: Floats, volume: Floats) -> Non
     raise FormatError(
         f"{counted(many, f'{what} {elements.shape}')}, the first of them {elements.shape} "
         f"{first + 1} around {place(corners[first].mean(axis=0))}",
-        "repair it in the program that made the mesh, or remove: made of elements",
+        "repair it in the program that made the mesh, or remove it there",
     )
 
 

@@ -436,8 +436,15 @@ def _tetrahedra(draft: _Draft, joined: Mapping[str, Indices]) -> Indices:
         made, cell = _coned(cells, faces)
         solid = ~_is_folded(made)  # of a cell that a program wrote with fewer corners
         made, cell = made[solid], cell[solid]
-        if missing := len(cells) - len(np.unique(cell)):
-            raise FormatError(f"{_many(missing, kind)} without any volume")
+        empty = np.setdiff1d(np.arange(len(cells)), cell)
+        if len(empty):
+            at = draft.position[cells[empty[0]]].mean(axis=0)
+            raise FormatError(
+                f"{_many(len(empty), kind)} without any volume, the first of them "
+                f"{kind} {empty[0] + 1} around {place(at)}",
+                "repair it in the program that made the mesh; if its corners are only close to "
+                "each other, write: merging is off",
+            )
         a, b, c, d = draft.position[made].swapaxes(0, 1)
         content = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
         low, high = np.zeros(len(cells)), np.zeros(len(cells))

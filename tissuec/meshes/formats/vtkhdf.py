@@ -16,6 +16,7 @@ from tissuec.meshes.formats.numbers import as_whole
 from tissuec.meshes.formats.vtk import of_types
 
 _KIND = "UnstructuredGrid"
+_WITH_CELLS = 3  # the first layout of results with volume cells
 
 
 @FORMATS.member(".vtkhdf")
@@ -30,11 +31,24 @@ def read(data: bytes, path: Path) -> RawMesh:
         with h5py.File(BytesIO(data), "r") as file:
             if "VTKHDF" not in file:
                 raise FormatError("it is an HDF5 file without the group VTKHDF")
+            _refuse_earlier(file)
             return _mesh(file["VTKHDF"])
     except (OSError, KeyError, ValueError, IndexError) as error:
         if isinstance(error, FormatError):
             raise
         raise FormatError(f"it cannot be read: {error}") from None
+
+
+def _refuse_earlier(file: h5py.File) -> None:
+    """Reject results of versions whose solids are edges and triangles."""
+    marks: Any = file["tissuec"].attrs if "tissuec" in file else {}
+    layout = int(marks.get("layout_version", _WITH_CELLS))
+    if layout < _WITH_CELLS:
+        by = file["tissuec/manifest"].attrs.get("tissuec", "unknown")
+        raise FormatError(
+            f"it is a result of layout {layout} (of tissuec {by}), which has no volume cells",
+            "run its scene again, and import the new result",
+        )
 
 
 def _mesh(group: Any) -> RawMesh:
