@@ -154,16 +154,7 @@ class CellTables:
 
     def add(self, points: int, grid: CellGrid) -> None:
         """Append a part of so many points."""
-        self._table.append(
-            {
-                "NumberOfPoints": [points],
-                "NumberOfCells": [len(grid)],
-                "NumberOfConnectivityIds": [len(grid.points)],
-                "Types": grid.types,
-                "Offsets": grid.ends,
-                "Connectivity": grid.points,
-            }
-        )
+        self._table.append(grid.table(points))
         self.locate(grid)
 
     def locate(self, grid: CellGrid) -> None:

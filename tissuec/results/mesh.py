@@ -11,8 +11,9 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.core.structs import replace
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.model.network import Indices, Network, numbers_in
@@ -108,6 +109,32 @@ class CellGrid(Struct, frozen=True, eq=False):
 
     def __len__(self) -> int:
         return len(self.types)
+
+    def some(self, cells: Indices, number: Indices) -> Self:
+        """Return some cells with other numbers of points.
+
+        Args:
+            cells: Which, shape (n,).
+            number: Of each point, shape (point,).
+        """
+        first, sizes = self.ends[cells], np.diff(self.ends)[cells]
+        rows = np.repeat(first, sizes) + counted_up(sizes)
+        return type(self)(self.types[cells], number[self.points[rows]], ends_of(sizes), {}, {})
+
+    def table(self, points: int) -> dict[str, ArrayLike]:
+        """Return the columns of a part of so many points by name, as VTKHDF has them.
+
+        They have no unit; counts have the shape (1,), types (cell,), offsets (cell + 1,) and
+        connectivity (row,).
+        """
+        return {
+            "NumberOfPoints": [points],
+            "NumberOfCells": [len(self)],
+            "NumberOfConnectivityIds": [len(self.points)],
+            "Types": self.types,
+            "Offsets": self.ends,
+            "Connectivity": self.points,
+        }
 
     def over(self, at: Place, values: NDArray[Any]) -> NDArray[Any]:
         """Return numbers at all cells, elsewhere 0, or -1 of integers.

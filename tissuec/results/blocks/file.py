@@ -266,17 +266,12 @@ class _BlocksWriter:
         for name, numbers in (("CellOffsets", lengths), ("ConnectivityIdOffsets", sizes)):
             starts = _starts(np.array(numbers))[block.of_frame]
             _whole(steps, name, starts, f"{name} of each frame")
-        for name, data in (
-            ("NumberOfPoints", [[piece.points] for piece in block.pieces]),
-            ("NumberOfCells", [[length] for length in lengths]),
-            ("NumberOfConnectivityIds", [[size] for size in sizes]),
-            ("Types", [one.types for one in grids]),
-            ("Offsets", [one.ends for one in grids]),
-            ("Connectivity", [one.points for one in grids]),
-        ):
+        tables = [piece.grid.table(piece.points) for piece in block.pieces]
+        for name in CELL_TABLE:
             # VTK 9.4 and 9.5 need one type of integers.
             kind = np.uint8 if name == "Types" else np.int64
-            _whole(group, name, np.concatenate(data).astype(kind), f"{name} of each part")
+            data = np.concatenate([table[name] for table in tables]).astype(kind)
+            _whole(group, name, data, f"{name} of each part")
 
     def _names(
         self, group: h5py.Group, steps: h5py.Group, names: Mapping[str, Sequence[str]]

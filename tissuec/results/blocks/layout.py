@@ -13,15 +13,16 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.structs import replace
 from tissuec.model.network import Indices, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
 from tissuec.results.blocks.poses import ToolMesh, tool_meshes
+from tissuec.results.fields import Place
 from tissuec.results.mesh import CellGrid, DrawnMesh, RecordedMesh
 from tissuec.results.trajectory import Trajectory
 
 Kind: TypeAlias = Literal["body", "joint", "tool", "grip"]
 Draws: TypeAlias = Literal["Vertices", "Lines", "Polygons", "Solids"]
+_PLACES: Mapping[str, Place] = {"Polygons": "triangle", "Solids": "element"}
 _NO_NAMES = ("Assembly", "Steps", "FieldData", "PointData", "CellData")  # of VTKHDF itself
 
 
@@ -195,42 +196,32 @@ class _Drawing:
 
     def _piece(self, drawing: DrawnMesh | None, variant: int) -> Piece:
         nodes = self.cloud.nodes[variant]
-        none, no_springs = np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
-        vertices, lines = none[:, :1], none[:, :2]
+        none, springs = np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
         if self.cloud.mesh is not None:
             skin = self.cloud.mesh.triangles(variant)
-            return Piece(len(nodes), CellGrid.of_triangles(skin), no_springs, 0)
+            return Piece(len(nodes), CellGrid.of_triangles(skin), springs, 0)
         if self.cloud.kind == "grip":
-            held = CellGrid.of(np.arange(len(nodes))[:, None], lines, none)
-            return Piece(len(nodes), held, no_springs, 0)
+            held = CellGrid.of(np.arange(len(nodes))[:, None], none[:, :2], none)
+            return Piece(len(nodes), held, springs, 0)
         assert drawing is not None
-        grid, mesh, cells = drawing.grid, drawing.mesh, drawing.cells
+        grid, mesh = drawing.grid, drawing.mesh
         row = np.full(mesh.network.node_count, -1)
         row[nodes] = np.arange(len(nodes))
         row = row[mesh.nodes]
         if self.draws == "Lines":
-            springs = mesh.springs[grid.items["spring"]]
+            every = mesh.springs[grid.items["spring"]]
             within = self.cloud.springs.start, self.cloud.springs.stop
-            low, high = np.searchsorted(springs, within)
-            ends = row[mesh.lines[grid.items["spring"][low:high]]]
-            own = CellGrid.of(vertices, ends, none)
-            first = grid.rows["spring"].start + int(low)
-            return Piece(len(nodes), own, springs[low:high].astype(np.int64), first)
-        if self.draws == "Solids":
-            items = own_elements(drawing, row)
-            found = mesh.solids.some(cells.elements[items])
-            solids = replace(found, nodes=row[found.nodes])
-            first = grid.rows["element"].start + int(items[0] if len(items) else 0)
-            return Piece(
-                len(nodes), CellGrid.of(vertices, lines, none, solids), no_springs, first
-            )
-        if self.draws == "Polygons":
-            skin = row[mesh.triangles[grid.items["triangle"]]]
-            skin = skin[(skin >= 0).all(axis=1)]
-            return Piece(len(nodes), CellGrid.of_triangles(skin), no_springs, 0)
-        own = row[cells.vertices]
-        held = CellGrid.of(own[(own >= 0).all(axis=1)], lines, none)
-        return Piece(len(nodes), held, no_springs, 0)
+            low, high = np.searchsorted(every, within).tolist()
+            springs = every[low:high].astype(np.int64)
+            own = np.arange(low, high) + grid.rows["spring"].start
+        else:
+            at = _PLACES.get(self.draws)
+            rows = grid.rows[at] if at else slice(0, grid.rows["spring"].start)
+            own = np.arange(rows.start, rows.stop)
+            own = own[row[grid.points[grid.ends[own]]] >= 0]
+        has_numbers = self.draws in ("Lines", "Solids") and len(own)
+        first = int(own[0]) if has_numbers else 0
+        return Piece(len(nodes), grid.some(own, row), springs, first)
 
 
 def own_elements(drawing: DrawnMesh, row: Indices) -> Indices:
