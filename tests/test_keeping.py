@@ -14,7 +14,7 @@ import pytest
 from msgspec import Struct
 
 import tissuec
-from tissuec.core.keeping import kept_by, kept_on_owner
+from tissuec.core.keeping import kept_on_owner
 from tissuec.core.structs import replace
 from tissuec.forces.contact.contact import Contact
 from tissuec.model.network import BodyPart, Network
@@ -55,22 +55,6 @@ def test_results_go_with_their_owner():
     del owner
     gc.collect()
     assert watched() is None
-
-
-def test_results_are_found_by_their_key_and_the_argument_goes():
-    @kept_by(lambda owner: owner.number, 2)
-    def doubled(owner):
-        calls.append(owner.number)
-        return 2 * owner.number
-
-    calls, owner = [], Owner(1)
-    assert doubled(owner) == doubled(Owner(1)) == 2 and calls == [1]
-    watched = weakref.ref(owner)
-    del owner
-    assert watched() is None
-    for number in (2, 3, 1):
-        doubled(Owner(number))
-    assert calls == [1, 2, 3, 1]
 
 
 @pytest.mark.parametrize("runs", [False, True])

@@ -22,7 +22,6 @@ from tissuec.engine.stability import (
     may_be_overdamped,
     spectral_radius,
     sums_at_nodes,
-    verlet_limit,
 )
 from tissuec.mechanics.state import State
 
@@ -107,11 +106,6 @@ def test_rates_are_not_measured_where_sums_decide(tolerance, monkeypatch):
         choose(start(pair()), Method("automatic", 1e-4, None, 1e3), never)
 
 
-def test_verlet_limit_of_a_pair_is_two_over_its_frequency():
-    assert verlet_limit(start(pair())) == pytest.approx(2.0 / (np.sqrt(1.05) * np.sqrt(200.0)))
-    assert verlet_limit(start(pair(), fixed=[0, 1])) == np.inf
-
-
 @pytest.mark.parametrize(
     ("tolerance", "damping", "name"),
     [
@@ -189,7 +183,7 @@ def test_elements_that_are_braked_for_long_are_stepped_by_a_stabilised_method(
 
 
 def test_automatic_with_a_step_takes_what_is_stable_at_it():
-    state, limit = start(pair()), verlet_limit(start(pair()))
+    state, limit = start(pair()), 2.0 / spectral_radius(start(pair()))
     for step, name in ((0.5 * limit, "velocity verlet"), (1.5 * limit, "dop853")):
         assert choose(state, Method("automatic", None, step, 1.0), never).name == name
 

@@ -53,28 +53,6 @@ def kept_on_owner(
     return decorate
 
 
-def kept_by(
-    key: Callable[[Owner], Hashable], most: int
-) -> Callable[[Callable[[Owner], Result]], Callable[[Owner], Result]]:
-    """Keep results of a function of one argument by a key of it, but not the argument.
-
-    Args:
-        key: Returns what is equal where results are.
-        most: How many results are kept, the latest ones.
-    """
-
-    def decorate(function: Callable[[Owner], Result]) -> Callable[[Owner], Result]:
-        results: dict[Any, Result] = {}
-
-        @wraps(function)
-        def recall(owner: Owner) -> Result:
-            return _recalled(results, key(owner), lambda: function(owner), most)
-
-        return recall
-
-    return decorate
-
-
 def _recalled(
     results: dict[Any, Result], key: Hashable, compute: Callable[[], Result], most: int
 ) -> Result:

@@ -12,7 +12,6 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.arrays import irregular
-from tissuec.engine.integrators.verlet import VelocityVerlet
 from tissuec.forces.effects import Resisting
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.state import State
@@ -122,12 +121,6 @@ def may_be_overdamped(state: State, sums: SumsAtNodes, ratio: float) -> bool:
     """
     only_springs = all(effect.braking(state.position) is None for effect in state.effects)
     return not (only_springs and not state.network.relaxes and sums.damping_ratio <= ratio)
-
-
-def verlet_limit(state: State) -> float:
-    """Return the largest stable step of velocity Verlet [s]."""
-    omega = spectral_radius(state)
-    return VelocityVerlet.stability_limit(omega, damping_ratio(omega, damping_radius(state)))
 
 
 def damping_ratio(omega: float, damping: float) -> float:

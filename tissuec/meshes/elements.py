@@ -246,7 +246,7 @@ def wall_of_triangles(mesh: Mesh) -> Mesh:
     if mesh.volume is not None:
         raise FormatError("it has an inside, so it has no thickness", "remove thickness")
     if not len(mesh.skin):
-        raise FormatError("it has no surface", "write made of springs")
+        raise FormatError("it has no surface", "write spring constants in its tissue")
     triangles = mesh.skin.astype(np.int64)
     corners = mesh.position[triangles]
     longest = np.ptp(corners, axis=1).max(axis=1)
@@ -258,7 +258,7 @@ def wall_of_triangles(mesh: Mesh) -> Mesh:
         raise FormatError(
             f"{int(flat.sum())} triangles without an area, the first of them around "
             f"{place(corners[first].mean(axis=0))}",
-            "repair it in the program that made the mesh, or write made of springs",
+            "repair it in the program that made the mesh",
         )
     pairs = (triangles[:, [k, (k + 1) % 3]] for k in range(3))
     ends = springs(len(mesh.position), *pairs)

@@ -16,7 +16,6 @@ from tissuec.core.structs import replace
 
 Floats = NDArray[np.float64]
 ProfileKind = Literal["constant", "ramp", "smooth", "sine", "table"]
-PROFILE_KINDS: tuple[ProfileKind, ...] = ("constant", "ramp", "smooth", "sine", "table")
 
 POWERS = 6  # coefficients of the quintic, the highest polynomial among the profiles
 

@@ -112,10 +112,7 @@ def floppy(
             if count(position, ends, stiff, rest[springs], still).count < modes.count:
                 zeros = int(np.count_nonzero(slack))
                 reason = f"the spring constant of {zeros} of its {len(springs)} springs is 0"
-                hint = (
-                    "write spring constants above 0; for a tissue with a Young's modulus, use "
-                    "smaller cells"
-                )
+                hint = "write spring constants above 0"
         text = f"{body.name} has {counted(modes.count, 'floppy mode')}: {reason}"
         yield Diagnostic("W303", text, body.span, hint)
 

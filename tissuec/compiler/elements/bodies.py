@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from tissuec.forces.surfaces.membranes import MembraneMaterial
 
 STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
-POISSON = 0.25  # of tissues that give none: that of springs in a solid
+POISSON = 0.25  # of tissues that give none
 #: Of tissues with a curve of stress that give none: 556 times as stiff against a change of
 #: volume as in tension at rest, so that curves that become steeper are followed, too.
 INCOMPRESSIBLE = 0.4997

@@ -25,7 +25,6 @@ from tissuec.model.topology import pieces
 
 FLAT = 1e-3  # of the area to the power of 3/2: a surface that encloses less volume is a sheet
 SHARP = 0.42  # cosine of the angle between normals beyond which an edge parts two patches
-_MOST_NODES = 4  # that are named
 
 
 class NoSide(ValueError):

@@ -31,8 +31,6 @@ from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs import Action
 from tissuec.script.verbs.change import ChangeMotion, ChangeParameter
 
-_NONE: Floats = np.zeros(0)
-
 
 class RupturesAt(Struct, frozen=True, eq=False):
     """Springs that break at a time [s]."""

@@ -168,11 +168,6 @@ class Lattice(Struct, frozen=True, eq=False):
                 raise ValueError(_misfit(axis, side, edge))
         return int(count[0]), int(count[1]), int(count[2])
 
-    @property
-    def is_braced(self) -> bool:
-        """Return whether springs are edges, and diagonals of every other cell."""
-        return CRYSTALS[self.kind].braced and self.reach == REACH[0]
-
     def refined(self) -> Self:
         """Return the same shape with cells half as long."""
         fine = None if self.fine_cell is None else np.multiply(0.5, self.fine_cell)

@@ -48,10 +48,6 @@ class KnownCurve(Struct, frozen=True):
         """Return the dimension of the limits."""
         return PRESSURE if self.mode else NUMBER
 
-    @property
-    def dimension_of_places(self) -> Dimension:
-        return NUMBER if self.mode else TIME
-
     def shown_place(self, place: float) -> str:
         """Return a strain in percent, or a time."""
         return f"{100.0 * place:.4g} %" if self.mode else show(place, TIME, digits=4)

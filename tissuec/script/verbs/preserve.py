@@ -101,8 +101,7 @@ class Preserve(Struct, frozen=True):
     """Preserves the volume inside a body by pressure.
 
     This is the volume inside the closed surface of a body. In a lattice, each cubic cell
-    preserves its volume by a pressure of its own. In bodies of tetrahedra or with a filling,
-    the cell around each node does, if Poisson's ratio is above 1/4.
+    preserves its volume by a pressure of its own.
 
     The pressure is a bulk modulus multiplied by the missing fraction of the drawn volume. The
     modulus is written as a pressure, or in words: gentle (1 kPa), firm (10 kPa) or hard

@@ -247,7 +247,6 @@ def _warning(content: ReportContent, warning: Diagnostic) -> Html:
 
 WHOLE = 3000  # lines of a text that is shown whole
 BESIDE = 3  # lines around one that the page leads to
-WIDEST = 2000  # characters of a line that are shown
 
 #: Lines from the first one on, by number, and whether they are shown.
 Stretch = tuple[int, int, bool]
