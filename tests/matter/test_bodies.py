@@ -156,6 +156,9 @@ def test_filled_surfaces_of_springs_are_solids(fill, tmp_path, repository):
     scene = imported(tmp_path, surface, "liver.obj", SPRINGS, inside=inside)
     (found,) = tissuec.properties(scene, frequencies=0)
     assert found.kind == ("solid" if fill == "tetrahedra" else "wall")
+    scene = imported(tmp_path, surface, "liver.obj", NET, inside=inside)
+    codes = [one.code for one in tissuec.check(scene) if one.code[0] == "T"]
+    assert codes == ([] if fill == "tetrahedra" else ["TIS309"])  # of an unknown volume
 
 
 def test_a_wall_without_a_thickness_has_a_modulus_times_it():

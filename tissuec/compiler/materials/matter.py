@@ -61,7 +61,7 @@ class MatterReader:
                     "TIS309",
                     f"{self.body.name} cannot have a density: its cells have no known volume",
                     self.body.span,
-                    hint="use tetrahedra, a lattice, or a closed surface with a filling",
+                    hint="write a mass instead, or filling is tetrahedra",
                     notes=self._notes(),
                 )
             return mesh.volume
