@@ -46,9 +46,8 @@ def command(
     SUBJECT can also be a code such as TIS104, which is then explained.
 
     --bodies computes these properties from the net of each body: mass, density, Young's and
-    shear modulus, Poisson's ratio, anisotropy, how much too stiff its cells make a solid in
-    bending and torsion, wave speeds, breaking length, and the lowest natural frequencies while
-    the nodes that are held at 0 s stay held.
+    shear modulus, Poisson's ratio, anisotropy, wave speeds, breaking length, and the lowest
+    natural frequencies while the nodes that are held at 0 s stay held.
 
     \b
     tissuec explain scene.tis --tissue liver

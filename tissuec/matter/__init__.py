@@ -1,1 +1,1 @@
-"""Spring nets that represent matter: from Young's modulus and density to springs and masses."""
+"""Elastic constants of nets, plates of walls, and where springs break."""
