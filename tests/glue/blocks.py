@@ -27,6 +27,8 @@ set left = nodes of coarse where x < 0.1 mm
 set right = nodes of fine where x > 39.9 mm
 """
 )
+#: Of the fine block, faces that do not lie in those of the coarse one.
+CROSSED = ("cell = 2.5 mm", "cell = (2.5, 3.333333333333, 3.333333333333) mm")
 #: The same as one mesh of the small cells.
 WHOLE = (
     "language 1\n"

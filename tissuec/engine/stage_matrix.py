@@ -58,7 +58,7 @@ class StageMatrix:
         if self._embedding is not None:
             self._number, self._reduction = self._embedding.reduction(free)
         self._mass = state.inertia[self._free]
-        self._drag = state.shared(state.braking)[self._free]
+        self._drag = state.lumped(state.braking)[self._free]
         self._fields = state.fields
         self._acting, planes = state.acting, state.symmetry
         within = planes and planes.projection(number, len(self._free))

@@ -200,18 +200,18 @@ class State(Struct, eq=False):
         """Return which nodes are held and follow no path, shape (node,)."""
         return self.held & ~self.driven
 
-    def shared(self, values: Floats) -> Floats:
-        """Return values with those of embedded nodes distributed to their hosts.
+    def lumped(self, masses: Floats) -> Floats:
+        """Return masses with those of embedded nodes lumped at their hosts.
 
         Args:
-            values: What adds up, of all nodes in any unit, shape (node, …).
+            masses: Or whatever adds up, of all nodes in any unit, shape (node,).
         """
-        return values if self.embedding is None else self.embedding.shared(values)
+        return masses if self.embedding is None else self.embedding.lumped(masses)
 
     @property
     def inertia(self) -> Floats:
         """Return the masses that resist forces: 0 of embedded nodes [kg], shape (node,)."""
-        return self.shared(self.mass)
+        return self.lumped(self.mass)
 
     @property
     def divisor(self) -> Floats:
@@ -519,10 +519,10 @@ class State(Struct, eq=False):
 
         Those on embedded nodes are on their hosts.
         """
-        held, braking, embedding = self.held, self.shared(self.braking), self.embedding
+        held, braking, embedding = self.held, self.lumped(self.braking), self.embedding
         weighing = self.weighing
         if embedding is not None:
-            weighing = embedding.shared(self.mass * weighing) / self.divisor
+            weighing = embedding.lumped(self.mass * weighing) / self.divisor
         weight = Weight(np.where(held, 0.0, self.inertia), self.gravity, weighing)
         drag = Drag(np.where(held, 0.0, braking))
         loads = self.loads.values()

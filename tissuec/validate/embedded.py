@@ -43,9 +43,11 @@ class EmbeddedPoints:
         (field,) = fields
         rows = np.repeat(self.nodes, np.diff(field.first))
         stays = np.setdiff1d(np.arange(count), self.nodes)
-        entries = np.concatenate([np.ones(len(stays)), field.weights])
         at = np.concatenate([stays, rows]), np.concatenate([stays, field.hosts])
-        self._whole = sparse.csr_matrix((entries, at), shape=(count, count))
+        self._whole, self._lumping = (
+            sparse.csr_matrix((np.append(np.ones(len(stays)), parts), at), shape=(count, count))
+            for parts in (field.weights, field.shares)
+        )
         self._reduction = sparse.csr_matrix(
             sparse.kron(self._whole[self.moving][:, self.free], sparse.identity(3))
         )
@@ -55,13 +57,21 @@ class EmbeddedPoints:
         if len(self.nodes):
             vectors[self.nodes] = self._whole[self.nodes] @ vectors
 
-    def shared(self, values: Floats) -> Floats:
-        """Return quantities that add up, with those of embedded nodes shared among their hosts.
+    def shared(self, forces: Floats) -> Floats:
+        """Return forces, with those of embedded nodes on their hosts.
 
         Args:
-            values: Of all nodes in any unit, shape (node, …), as that of the result.
+            forces: Of all nodes in any unit, shape (node, …), as that of the result.
         """
-        return self._whole.T @ values if len(self.nodes) else values
+        return self._whole.T @ forces if len(self.nodes) else forces
+
+    def lumped(self, masses: Floats) -> Floats:
+        """Return masses, drag and the like, with those of embedded nodes at their hosts.
+
+        Args:
+            masses: Of all nodes in any unit, shape (node,), as that of the result.
+        """
+        return self._lumping.T @ masses if len(self.nodes) else masses
 
     def reduced(self, matrix: Any) -> Any:
         """Return the matrix of free nodes of one of moving nodes, in any unit."""

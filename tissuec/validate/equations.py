@@ -146,7 +146,7 @@ class Equations:
         self.matrices = FieldMatrices(smooth, self.embedded, self.count)
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         own = state.braking, state.mass, state.mass * state.weighing
-        self.drag, self.mass, self.heavy = (self.embedded.shared(n)[self.free] for n in own)
+        self.drag, self.mass, self.heavy = (self.embedded.lumped(n)[self.free] for n in own)
         self.gravity = state.gravity
         self._still = state.position - network.position
         self.springs = np.flatnonzero(state.alive_springs)

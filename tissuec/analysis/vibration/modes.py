@@ -236,7 +236,7 @@ def _resisted(net: _Net, phi: Floats) -> float:
     closing = np.einsum("sk,sk->s", net.bars.direction, moved[:, 1] - moved[:, 0])
     elongation = net.bars.length - net.balance.springs.rest
     viscosity = net.balance.springs.behaviour.sluggishness(elongation, np.zeros(len(ends)))
-    braked = float(net.state.shared(net.state.braking)[net.balance.free] @ (phi**2).sum(axis=1))
+    braked = float(net.state.lumped(net.state.braking)[net.balance.free] @ (phi**2).sum(axis=1))
     moving = np.zeros_like(net.bars.position)
     moving[net.balance.free] = phi
     if net.state.embedding is not None:

@@ -1,24 +1,32 @@
 """Glue: nodes of one body as fixed weighted sums of the nodes of another.
 
 Each node gets the weights of the element that contains it, or of the nearest one within reach,
-whose functions are continued to it. So nothing has to move, the weights reproduce every linear
-field, and faces that lie in one another follow each other exactly. On walls and threads, nodes
-have to lie in a triangle or on a spring.
+whose functions are continued to it. So nothing has to move, and the weights reproduce every
+linear field. On walls and threads, nodes have to lie in a triangle or on a spring. Nodes of
+faces that lie at faces get mean weights instead, which pass uniform stress on; see ``mortar``.
+Masses are shared by the functions of corners.
 """
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tissuec.compiler.bodies.hosts import (
+    CORNERS,
+    ON,
+    Hosts,
+    candidates,
+    hosts_at,
+    placed,
+    sizes,
+)
+from tissuec.compiler.bodies.mortar import SideFaces, faces_of, mortar_weights, outer
 from tissuec.compiler.sets import Groups
 from tissuec.core.arrays import norm
 from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, show
 from tissuec.forces.acting.embedding import EmbeddedNodes
-from tissuec.geometry.natural_coordinates import places_in
-from tissuec.geometry.nearest import TRIANGLE, places
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.model import Glue, Scene
@@ -31,26 +39,7 @@ if TYPE_CHECKING:
 
 #: Of the length of the edges of what nodes are glued to: how far they may be from it.
 REACH = 0.05
-#: The same from walls and threads, which cannot be continued to beside them.
-ON = 1e-9
 ROUNDING = 1e-12  # weights that are zero
-
-
-class Hosts(NamedTuple):
-    """What nodes can be glued to: elements of one shape, triangles or springs.
-
-    Attributes:
-        shape: Name of the shape of elements; "triangle" or "spring".
-        nodes: Shape (element, node).
-    """
-
-    shape: str
-    nodes: Indices
-
-    @property
-    def is_solid(self) -> bool:
-        """Return whether weights can be continued beside the element."""
-        return self.shape not in ("triangle", "spring")
 
 
 def embedding_block(
@@ -65,11 +54,11 @@ def embedding_block(
     from scipy.sparse import csr_matrix
 
     count = network.node_count
-    spread, owner = csr_matrix((count, count)), np.full(count, -1)
+    spread, owner = [csr_matrix((count, count))] * 2, np.full(count, -1)
     glues = list(scene.glues.values())
     for number, glue in enumerate(glues):
         with findings.item():
-            nodes, weights = _glued(glue, network, groups, findings)
+            nodes, *weights = _glued(glue, network, groups, findings)
             if (again := nodes[owner[nodes] >= 0]).size:
                 first = glues[int(owner[again[0]])]
                 findings.reject(
@@ -79,19 +68,22 @@ def embedding_block(
                     hint=f"leave it out in {glue.name}, by a set of the other nodes",
                 )
             owner[nodes] = number
-            spread = csr_matrix(spread + weights)
+            spread = [csr_matrix(a + b) for a, b in zip(spread, weights, strict=True)]
     embedded = np.flatnonzero(owner >= 0)
     if not len(embedded):
         findings.stop()
-    whole = _composed(spread, owner, glues, findings)
-    rows = whole[embedded]
+    weights, shares = (_composed(one, owner, glues, findings)[embedded] for one in spread)
+    every = csr_matrix(abs(weights) + abs(shares))
+    every.sort_indices()
+    at = np.repeat(np.arange(len(embedded)), np.diff(every.indptr)), every.indices
     field = EmbeddedNodes(
         embedded,
-        rows.indptr.astype(np.int64),
-        rows.indices.astype(np.int64),
-        np.ascontiguousarray(rows.data),
+        every.indptr.astype(np.int64),
+        every.indices.astype(np.int64),
+        np.asarray(weights[at]).ravel(),
+        np.asarray(shares[at]).ravel(),
     )
-    shared = field.shared(network.mass)
+    shared = field.lumped(network.mass)
     if (shared[field.hosts] <= 0.0).any():
         worst = int(field.hosts[np.argmin(shared[field.hosts])])
         findings.reject(
@@ -135,11 +127,11 @@ def _composed(
 
 def _glued(
     glue: Glue, network: Network, groups: Groups, findings: Findings
-) -> "tuple[Indices, csr_matrix]":
-    """Return the nodes that a glue embeds, and their weights, shape (node, node)."""
+) -> "tuple[Indices, csr_matrix, csr_matrix]":
+    """Return the nodes that a glue embeds, weights and shares of mass, shape (node, node)."""
     where = glue.ends[0].span.to(glue.ends[1].span)
     first, second = groups.both(glue.ends)
-    hosts = _hosts(network, second.indices, whole=glue.ends[1].key in groups.bodies)
+    hosts = hosts_at(network, second.indices, whole=glue.ends[1].key in groups.bodies)
     if not hosts:
         findings.reject(
             "TIS309",
@@ -158,10 +150,10 @@ def _glued(
             where,
             hint="choose nodes of another body",
         )
-    found = _weights(glue, network.position, first.indices, hosts)
+    found = _weights(glue, network, first.indices, hosts)
     if len(found.far):
         _refuse_far(glue, network, first, second, found, findings)
-    return first.indices, found.weights
+    return first.indices, found.weights, found.shares
 
 
 class NodeWeights(NamedTuple):
@@ -169,6 +161,7 @@ class NodeWeights(NamedTuple):
 
     Attributes:
         weights: Shape (node, node); those of nodes that are too far are 0.
+        shares: Of masses, likewise.
         far: Nodes that are too far, shape (n,).
         distance: Of these [m], shape (n,); infinite if there is nothing near.
         reach: What it has to be at most [m].
@@ -176,123 +169,81 @@ class NodeWeights(NamedTuple):
     """
 
     weights: "csr_matrix"
+    shares: "csr_matrix"
     far: Indices
     distance: Floats
     reach: float
     is_solid: bool
 
 
-def _hosts(network: Network, nodes: Indices, *, whole: bool) -> list[Hosts]:
-    """Return the elements at some nodes, or else pieces of threads, as hosts.
-
-    Args:
-        nodes: Of a set or body, shape (n,).
-        whole: Whether they are those of a body.
-    """
-    inside = np.zeros(network.node_count, dtype=bool)
-    inside[nodes] = True
-    found: list[Hosts] = []
-    for each in network.elements:
-        at = inside[each.nodes].any(axis=1)
-        if at.any():
-            shape = getattr(each, "shape", None)
-            name = "triangle" if shape is None else shape.name
-            found.append(Hosts(name, each.nodes[at].astype(np.int64)))
-    solid = [each for each in found if each.is_solid]
-    if found:
-        return solid or found
-    for thread in network.threads.values():
-        pieces = network.springs.ends[thread.pieces].astype(np.int64)
-        at = inside[pieces].all(axis=1)
-        if at.any():
-            found.append(Hosts("spring", pieces[at]))
-    return found
-
-
-def _weights(glue: Glue, position: Floats, nodes: Indices, hosts: list[Hosts]) -> NodeWeights:
+def _weights(glue: Glue, network: Network, nodes: Indices, hosts: list[Hosts]) -> NodeWeights:
     """Return the weights of nodes in the nearest of what they can be glued to."""
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import csr_matrix, diags
 
-    edge = max(float(_sizes(position[each.nodes]).mean()) for each in hosts)
+    position = network.position
+    edge = max(float(sizes(position[each.nodes]).mean()) for each in hosts)
     is_solid = all(each.is_solid for each in hosts)
     reach = REACH * edge if glue.reach is None else glue.reach
-    points, count = position[nodes], len(position)
-    least, entries = np.full(len(nodes), np.inf), dict[int, tuple[Indices, Floats]]()
+    limit = reach if is_solid else min(reach, 1e3 * ON * edge)
+    points = position[nodes]
+    least, entries = np.full(len(nodes), np.inf), dict[int, tuple[str, Indices, Floats]]()
     for each in hosts:
-        point, element = _candidates(points, position[each.nodes], reach)
-        weights, beside = _placed(each, points[point], position[each.nodes[element]])
+        point, element = candidates(points, position[each.nodes], reach)
+        weights, beside = placed(each.shape, points[point], position[each.nodes[element]])
         # The nearest one, and of those alike the first one.
         order = np.lexsort((element, np.round(beside / edge, 9), point))
         point, first = np.unique(point[order], return_index=True)
         for k, pair in zip(point, order[first], strict=True):
             if beside[pair] < least[k] - ON * edge:
                 least[k] = beside[pair]
-                entries[int(k)] = each.nodes[element[pair]], weights[pair]
-    near = least <= (reach if is_solid else min(reach, 1e3 * ON * edge)) * (1.0 + ON)
-    rows, columns, values = [], [], []
+                entries[int(k)] = each.shape, each.nodes[element[pair]], weights[pair]
+    near = least <= limit * (1.0 + ON)
+    found, shares = [], []
     for k in np.flatnonzero(near):
-        own, weight = entries[int(k)]
+        shape, own, weight = entries[int(k)]
+        found.append((nodes[k], own, weight))
+        shares.append((nodes[k], own, weight @ CORNERS[shape] if shape in CORNERS else weight))
+    weights, lumping = (_matrix(each, len(position)) for each in (found, shares))
+    if near.all() and (faces := _faces(network, nodes)) and hosts[0].shape != "spring":
+        beside = outer([one for each in hosts for one in faces_of(each)])
+        passing, mean = mortar_weights(position, faces, beside, limit)
+        points = np.ones(len(position))
+        points[passing] = 0.0
+        weights = csr_matrix(diags(points) @ weights + mean)
+    return NodeWeights(weights, lumping, nodes[~near], least[~near], limit, is_solid)
+
+
+def _faces(network: Network, nodes: Indices) -> list[SideFaces]:
+    """Return the faces of solid elements that have glued nodes, of elements with others, too.
+
+    Args:
+        nodes: That are glued, shape (n,).
+    """
+    glued = np.zeros(network.node_count, dtype=bool)
+    glued[nodes] = True
+    found: list[SideFaces] = []
+    for each in network.of_kind("elements"):
+        at = glued[each.nodes]
+        some = each.nodes[at.any(axis=1) & ~at.all(axis=1)].astype(np.int64)
+        for faces in faces_of(Hosts(each.shape.name, some)):
+            chosen = glued[faces.nodes].all(axis=1)
+            if chosen.any():
+                found.append(faces.some(chosen))
+    return found
+
+
+def _matrix(rows: list[tuple[int, Indices, Floats]], count: int) -> "csr_matrix":
+    """Return weights of nodes, each with its hosts, as a matrix of shape (count, count)."""
+    from scipy.sparse import coo_matrix
+
+    nodes, hosts, weights = [], [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
+    for node, own, weight in rows:
         kept = np.abs(weight) > ROUNDING
-        rows.append(np.full(int(kept.sum()), nodes[k]))
-        columns.append(own[kept])
-        values.append(weight[kept] / weight[kept].sum())
-    none = [np.zeros(0, dtype=np.int64)]
-    at = np.concatenate([*none, *rows]), np.concatenate([*none, *columns])
-    found = coo_matrix((np.concatenate([np.zeros(0), *values]), at), shape=(count, count))
-    limit = reach if is_solid else 1e3 * ON * edge
-    return NodeWeights(found.tocsr(), nodes[~near], least[~near], limit, is_solid)
-
-
-def _sizes(corners: Floats) -> Floats:
-    """Return a length of edges of each element [m], shape (element,).
-
-    Args:
-        corners: Of elements [m], shape (element, node, 3).
-    """
-    return norm(corners - corners[:, :1])[:, 1:].min(axis=1)
-
-
-def _candidates(points: Floats, corners: Floats, reach: float) -> tuple[Indices, Indices]:
-    """Return pairs of points and elements in whose boxes, widened by the reach, they are.
-
-    Args:
-        points: [m], shape (point, 3).
-        corners: Of elements [m], shape (element, node, 3).
-    """
-    from scipy.spatial import KDTree
-
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    radius = norm(half) + reach
-    near = KDTree(points).query_ball_point(middle, radius * (1.0 + ON), return_sorted=True)
-    point = np.concatenate([np.zeros(0, dtype=np.int64), *map(_as_indices, near)])
-    element = np.repeat(np.arange(len(corners)), [len(each) for each in near])
-    inside = np.abs(points[point] - middle[element]) <= (half[element] + reach) * (1.0 + ON)
-    inside = inside.all(axis=1)
-    return point[inside], element[inside]
-
-
-def _as_indices(values: list[int]) -> NDArray[np.int64]:
-    return np.asarray(values, dtype=np.int64)
-
-
-def _placed(hosts: Hosts, points: Floats, corners: Floats) -> tuple[Floats, Floats]:
-    """Return weights of points, shape (pair, node), and how far they are beside [m]."""
-    if hosts.is_solid:
-        return places_in(hosts.shape, points, corners)
-    if hosts.shape == "spring":
-        corners = np.concatenate([corners, corners[:, 1:]], axis=1)
-        ends = _nearest(points, corners)
-        weights = np.stack([ends[:, 0], ends[:, 1] + ends[:, 2]], axis=1)
-    else:
-        ends = weights = _nearest(points, corners)
-    return weights, norm(points - np.einsum("pa,pak->pk", ends, corners))
-
-
-def _nearest(points: Floats, corners: Floats) -> Floats:
-    """Return the weights of corners of triangles in the points nearest to others."""
-    kind = np.full(len(points), TRIANGLE)
-    return places(points, kind, corners, np.zeros(len(points))).weights
+        nodes += [node] * int(kept.sum())
+        hosts.append(own[kept])
+        weights.append(weight[kept] / weight[kept].sum())
+    at = np.array(nodes, dtype=np.int64), np.concatenate(hosts)
+    return coo_matrix((np.concatenate(weights), at), shape=(count, count)).tocsr()
 
 
 def _node(network: Network, node: int) -> str:

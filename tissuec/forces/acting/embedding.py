@@ -5,8 +5,9 @@
 By the principle of virtual work, forces on embedded nodes act on their hosts by the same
 weights, so that forces, their moments and their power are the same (J. F. Abel, M. S. Shephard,
 Int. J. Numer. Meth. Eng. 14:464, 1979). Masses, weights and ambient damping of embedded nodes
-are shared by the weights, which leaves the mass matrix diagonal and the centre of mass where it
-is. Embedded nodes are no unknowns: a matrix K of all nodes becomes Tᵀ K T with x = T x_free.
+are lumped at hosts, by shares that are not negative within elements, as W may be: the mass
+matrix stays diagonal, and the centre of mass where it is drawn. Embedded nodes are no unknowns:
+a matrix K of all nodes becomes Tᵀ K T with x = T x_free.
 
 Forces are collected after all others have been added, but for planes of symmetry, whose nodes
 may be hosts. As nothing of its own acts, there is no potential, and the loops are written by
@@ -38,12 +39,14 @@ class EmbeddedNodes(Field, frozen=True):
         first: Hosts of node k are hosts[first[k]:first[k + 1]], shape (n + 1,).
         hosts: None of which is embedded, shape (host,).
         weights: Dimensionless, shape (host,); those of a node add up to 1.
+        shares: Of masses, likewise.
     """
 
     nodes: Indices
     first: Indices
     hosts: Indices
     weights: Floats
+    shares: Floats
 
     @property
     def kernel(self) -> Callable[..., None]:
@@ -83,15 +86,27 @@ class EmbeddedNodes(Field, frozen=True):
         """
         vectors[self.nodes] = self.weighted(vectors)
 
-    def shared(self, values: Floats) -> Floats:
-        """Return values with those of embedded nodes distributed to their hosts.
+    def shared(self, forces: Floats) -> Floats:
+        """Return forces with those on embedded nodes moved to their hosts.
 
         Args:
-            values: Masses, or whatever adds up, of all nodes in any unit, shape (node, …).
+            forces: Of all nodes in any unit, shape (node, …).
         """
+        return self._moved(forces, self.weights)
+
+    def lumped(self, masses: Floats) -> Floats:
+        """Return masses with those of embedded nodes lumped at their hosts.
+
+        Args:
+            masses: Or whatever adds up, of all nodes in any unit, shape (node,).
+        """
+        return self._moved(masses, self.shares)
+
+    def _moved(self, values: Floats, parts: Floats) -> Floats:
+        """Return values of nodes, with parts of those of embedded nodes added to hosts."""
         found = values.copy()
-        weights = self.weights.reshape(-1, *(1,) * (values.ndim - 1))
-        np.add.at(found, self.hosts, weights * values[self.nodes[self.owners]])
+        parts = parts.reshape(-1, *(1,) * (values.ndim - 1))
+        np.add.at(found, self.hosts, parts * values[self.nodes[self.owners]])
         found[self.nodes] = 0.0
         return found
 
