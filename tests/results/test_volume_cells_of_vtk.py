@@ -139,8 +139,9 @@ def test_a_solid_is_its_elements(runs, kind):
         assert set(grid.celltypes) == {kind}
         assert grid.n_cells == COUNTS[kind]
         assert np.array_equal(grid.points, result.position[number])
-        assert not grid["spring_force"].any()
-        assert (grid["spring_id"] == -1).all()
+        assert set(grid.cell_data.keys()) == {"region", "tissue"}
+    assert not result.tension[:].any()
+    assert not result.spring_force(-1)[0].any()
 
 
 @every("kind", MADE)

@@ -210,7 +210,11 @@ def read_channels_of_frames(file: ResultGroup) -> tuple[FieldChannel, ...]:
     """Return the fields that frames contain."""
     path = schema.RECORDING["fields"].path
     if path not in file:  # a field that is always recorded may be newer than the file
-        return tuple(one for one in always_recorded() if column_of(one).path in file)
+        return tuple(
+            one
+            for one in always_recorded()
+            if one.at == "spring" or column_of(one).path in file
+        )
     texts = access.texts(file, path)
     with access.reading(file.file, path):
         return tuple(msgspec.json.decode(text, type=FieldChannel) for text in texts)

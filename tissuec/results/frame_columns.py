@@ -42,7 +42,8 @@ class FrameColumns:
         kind: Type of the numbers of frames.
         batch: How many frames are written, and allocated in the file, at once.
         channels: What frames contain: positions, velocities and fields.
-        numbers: Numbers at points or at all cells of VTK, by channel.
+        numbers: Numbers at points or at all cells of VTK, by channel; none of springs where
+            VTK shows solid elements and no lines.
         whole: Numbers of the cells of volumes, of which points have the means, by channel.
         steps: Where each frame begins in the other columns, by the name of the column.
     """
@@ -55,6 +56,7 @@ class FrameColumns:
         self.numbers = {
             one: column_of(one).of(kind=self.kind, chunk=self._chunk(one))
             for one in self.channels
+            if one.at != "spring" or "spring_id" in mesh.labels
         }
         rows = min(self.places("cell").size * self.batch, 3 * FRAME_ROWS) or 1
         self.whole = {
@@ -66,7 +68,8 @@ class FrameColumns:
         }
         begins = [("Point", "velocity"), ("Point", "node_id")]
         begins += [("Cell", name) for name in mesh.labels]
-        begins += [("Point" if c.at in POINTS else "Cell", c.stored) for c in recording.fields]
+        others = (one for one in recording.fields if one in self.numbers)
+        begins += [("Point" if one.at in POINTS else "Cell", one.stored) for one in others]
         self.steps = steps_of(FRAMES) | {
             name: FRAMES[f"Steps/{at}DataOffsets/{{field}}"].of(field=name)
             for at, name in begins
@@ -242,23 +245,27 @@ class CellFrames(OverFrames):
     They are not a number (NaN) from the frame on in which one of these is gone.
 
     Args:
-        dataset: The numbers of all cells of each frame, one frame after the other.
+        channel: Whose numbers they are.
+        dtype: Their type.
+        dataset: Those of all cells of each frame, one frame after the other; None where VTK
+            shows none of the items.
         first: Where those of each frame begin, shape (frame,).
         parts: The topology of each frame, ascending, shape (frame,).
-        items: How many springs, triangles or elements are recorded, and the shape of a row.
+        items: How many springs, triangles or elements are recorded.
         drawn: Gives what a frame shows.
     """
 
     def __init__(
         self,
-        dataset: Dataset,
+        channel: FieldChannel,
+        dtype: np.dtype,
+        dataset: Dataset | None,
         first: Indices,
         parts: Indices,
-        items: tuple[int, ...],
+        items: int,
         drawn: Callable[[int], Drawn],
     ):
-        unit = attribute(dataset, "unit", str)
-        super().__init__((len(first), *items), dataset.dtype, unit)
+        super().__init__((len(first), items, *channel.row), dtype, channel.unit)
         self._dataset, self._drawn = dataset, drawn
         self._first, self._parts = first, parts
 
@@ -269,7 +276,9 @@ class CellFrames(OverFrames):
             frame: Its number, which may count from the end.
         """
         drawn, first = self._drawn(frame), int(self._first[frame])
-        numbers = self._dataset.finite(first + drawn.rows.start, first + drawn.rows.stop)
+        numbers = np.zeros((0, *self.shape[2:]), dtype=self.dtype)
+        if self._dataset is not None:
+            numbers = self._dataset.finite(first + drawn.rows.start, first + drawn.rows.stop)
         if not len(drawn.silent):
             return numbers, drawn.items
         items = np.concatenate([drawn.items, drawn.silent])
@@ -285,12 +294,13 @@ class CellFrames(OverFrames):
                 high, int(np.searchsorted(self._parts, int(self._parts[low]), side="right"))
             )
             drawn, start = self._drawn(low), int(self._first[low])
-            rows = self._dataset[start : start + (stop - low) * drawn.total]
             place = slice(len(found) - (high - low), len(found) - (high - stop))
-            numbers = rows.reshape(stop - low, drawn.total, *self.shape[2:])[:, drawn.rows]
-            if not all_numbers(numbers):
-                damaged(self._dataset.file, f'"{self._dataset.path}" is incomplete')
-            found[place, drawn.items] = numbers
+            if self._dataset is not None:
+                rows = self._dataset[start : start + (stop - low) * drawn.total]
+                numbers = rows.reshape(stop - low, drawn.total, *self.shape[2:])[:, drawn.rows]
+                if not all_numbers(numbers):
+                    damaged(self._dataset.file, f'"{self._dataset.path}" is incomplete')
+                found[place, drawn.items] = numbers
             found[place, drawn.silent] = 0.0
             low = stop
         return found

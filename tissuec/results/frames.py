@@ -192,7 +192,7 @@ class SideTable:
         times = np.array([before.time, after.time])
         rows = {
             one.key: self._of(one, [self._there(one, side) for side in (before, after)], times)
-            for one in self._frames.channels
+            for one in self._frames.numbers
         }
         rows["time"] = times
         rows["alive"] = np.concatenate([np.packbits(side.alive) for side in (before, after)])
@@ -241,7 +241,7 @@ class SideColumns:
             "time": SIDES["time"],
             "alive": SIDES["alive"].of(chunk=_rows_of_a_chunk(self._bytes)),
         }
-        for one in frames.channels:
+        for one in frames.numbers:
             chunk = _rows_of_a_chunk(self.places(one.at).size)
             self.datasets[one.key] = side_of(one).of(kind=frames.kind, chunk=chunk)
 
@@ -253,7 +253,7 @@ class SideColumns:
         """Yield the columns with the rows of each side."""
         yield self.datasets["time"], 1
         yield self.datasets["alive"], self._bytes
-        for one in self._frames.channels:
+        for one in self._frames.numbers:
             yield self.datasets[one.key], self.places(one.at).size
 
 
@@ -298,8 +298,8 @@ class Sides:
         }
 
     def _frames(self, channel: FieldChannel, rows: int) -> Frames | Floats:
-        if not len(self):
-            return np.zeros((0, rows, *channel.row))
+        if side_of(channel).path not in self._file:
+            return np.zeros((len(self), rows, *channel.row))
         data = access.dataset(self._file, side_of(channel).path)
         return Frames(data, len(self), rows, channel.row)
 

@@ -78,8 +78,8 @@ class GridFrames:
         rows: dict[GrowingDataset, ArrayLike | SomeRows] = {
             self._steps[name]: data for name, data in steps.items()
         }
-        for channel, data in numbers.items():
-            column, row = self._numbers[channel], channel.row
+        for channel, column in self._numbers.items():
+            data, row = numbers[channel], channel.row
             if channel.at == "cell":
                 assert self._volumes is not None
                 rows[self._whole[channel]] = data.reshape(-1)

@@ -273,6 +273,8 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         """
         own = self.solids.labels if len(self.solids) else {}
         of_solids = {name: ("element", each) for name, each in own.items()}
+        if len(self.solids) and not self.drawn("spring"):
+            return of_solids
         return {"spring_id": ("spring", self.network.springs.ids[self.springs]), **of_solids}
 
     @cached_property

@@ -238,14 +238,15 @@ class Trajectory:
         if channel.at == "cell":
             data = access.dataset(self._file, CELLS["{field}"].of(field=channel.key).path)
             return Frames(data, count, self._places(channel.at), ())
-        steps = access.group(self._file, "VTKHDF/Steps")
+        dataset, first = None, np.zeros(count, dtype=np.int64)
+        if (path := column_of(channel).path) in self._file:
+            dataset = access.dataset(self._file, path)
+            offsets = f"VTKHDF/Steps/CellDataOffsets/{channel.stored}"
+            first = access.array(self._file, offsets)[:count]
         return CellFrames(
-            access.dataset(self._file, column_of(channel).path),
-            access.array(steps, f"CellDataOffsets/{channel.stored}")[:count],
-            self.parts,
-            (self._places(channel.at), *channel.row),
-            partial(self._drawn, channel.at),
-        )
+            channel, self.position.dtype, dataset, first, self.parts,
+            self._places(channel.at), partial(self._drawn, channel.at),
+        )  # fmt: skip
 
     def at_points(self, channel: FieldChannel, frame: int) -> Numbers:
         """Return the numbers that VTK finds at nodes in a frame, shape (node, …).
