@@ -104,23 +104,22 @@ def read_overrides(
     return given
 
 
-def read_override(text: str, findings: Findings, name: str = SET) -> Override:
+def read_override(text: str, findings: Findings) -> Override:
     """Return one text of ``--set``, or reject it.
 
     Args:
         text: Such as "lift = 2 mm" or "hardness of fallopian tube is soft".
-        name: What messages call the text.
     """
     item, owners = None, ()
     try:
         # The text of a command line is as foreign as that of a file.
-        source = normalise(text, name)
+        source = normalise(text, SET)
         item, owners = _read(source)
     except CompileError as error:
         findings.extend(error.diagnostics)
         findings.stop()
     if not isinstance(item, Entry) or _is_more(item):
-        message = f'cannot read {name} "{text}"'
+        message = f'cannot read {SET} "{text}"'
         hint = 'for example: --set "lift = 2 mm", or --set "hardness of gland is soft"'
         findings.reject("TIS505", message, None, hint=hint)
     return Override(item, owners)

@@ -37,17 +37,14 @@ def form_over_time(aggregate: str) -> str:
 COUNT, COUNTED = "count", ("nodes", "springs", "elements", "pieces")
 
 
-def respelled(source: Source, *, has_heading: bool = True) -> Source:
+def respelled(source: Source) -> Source:
     """Return a text with measures as conditions have them.
-
-    Args:
-        has_heading: Whether it begins with ``language 1``.
 
     Raises:
         CompileError: The text has mistakes.
     """
     text = source.text
-    calls = list(_calls(parse(source, has_heading=has_heading).items))
+    calls = list(_calls(parse(source).items))
     for call in sorted(calls, key=lambda one: -one.span.start):
         text = text[: call.span.start] + _written(call) + text[call.span.end :]
     return Source(source.name, text, source.path) if calls else source
