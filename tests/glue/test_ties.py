@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.engine.test_team import shaken
 from tests.findings import finding_of
 from tests.glue.blocks import CROSSED, TIED, WHOLE, glued, on_box, standing
 from tests.validate.scenes import compiled_scene, quantity, validated
@@ -205,3 +206,66 @@ def test_springs_without_length_between_solids_are_told_of_glue():
     assert finding.hint.endswith("write in the joint: glue from face to coarse")
     bars = finding_of(compiled_scene, glued(BONDED.replace("JOINT", BARS)))
     assert bars.hint.startswith("write glue from A to B in place of its springs, which ties A")
+
+
+ORDERS = {
+    "pushed": "from 0 s to 2 ms: push face with (1, 0, 2) mN using smooth profile",
+    "pressed": "from 0 s to 2 ms: press top with 500 Pa",
+    "moved": "from 0 s to 2 ms: move both by (0, 0, 1) mm using smooth profile\n"
+    "at 3 ms: free both",
+    "guest cut": "at 2 ms: cut fine along plane through (21, 0, 0) mm facing (1, 0, 0)",
+    "host cut": "at 2 ms: cut coarse along plane through (17, 0, 0) mm facing (1, 0, 0)",
+    "heavier": "at 2 ms: change mass of face by 3",
+}
+SETS = """set top = nodes of [fine, coarse] where z > 4.9 mm
+set both = nodes of [fine, coarse] where x between 14.9 mm and 20.1 mm
+"""
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_scipy_finds_the_same_motion_under_orders(order):
+    text = small().replace("1e-6", "1e-4").replace("10 ms", "5 ms")
+    script = f"script {{ at 0 s: fix left; {ORDERS[order]} }}"
+    text = text.replace("script { at 0 s: fix left }", script) + SETS
+    found = validated(text)
+    for name in ("position", "energy balance", "force of left"):
+        assert quantity(found, name).error < 1e-4
+
+
+def test_a_plane_of_symmetry_through_glued_faces_bears_the_other_half():
+    """Both come to rest to 1e-9 of the largest force."""
+    whole = glued(script=PULLED.format("0.4, 0, 1"))
+    half = whole.replace("10, 10) mm", "5, 10) mm")
+    plane = "symmetric about plane through (0, 5, 0) mm facing (0, -1, 0)"
+    half = half.replace("environment {", f"environment {{ {plane};")
+    assert 2.0 * last_force(half)[[0, 2]] == pytest.approx(last_force(whole)[[0, 2]], rel=1e-8)
+
+
+@pytest.mark.parametrize("method", ["dop853", "velocity verlet"])
+def test_threads_change_no_bit(method, threads_in_small_nets):
+    network = standing(glued().replace("2.5 mm", "1 mm")).network
+    (one, first), (two, second) = (shaken(network, method, n, steps=1) for n in (1, 2))
+    assert first.statistics.threads == 1 and second.statistics.threads == 2
+    assert all(np.array_equal(*each) for each in zip(one, two, strict=True))
+
+
+@pytest.mark.parametrize("cells", [("3.33333333333 mm", "2.5 mm"), ("2.5 mm", "2 mm")])
+def test_three_blocks_in_a_row_stretch_evenly(cells):
+    """By a millionth, which the law bends by less of itself; glue is read from either end."""
+    text = glued(poisson=0).replace("2.5 mm", cells[0])
+    end = (
+        "body last { mesh is lattice { cell = @ mm; box from (40, 0, 0) mm to (50, 10, 10) mm }"
+    )
+    more = (
+        end.replace("@ mm", cells[1])
+        + "; tissue is gel }\nset far = nodes of last where x < 40.1 mm"
+    )
+    more += "\njoint bond { glue from far to fine }\njoint tie"
+    state = standing(text.replace("joint tie", more))
+    drawn, strain = state.network.position, 1e-6
+    even = drawn * [1.0 + strain, 1.0, 1.0]
+    ends = (drawn[:, 0] < 1e-9) | (drawn[:, 0] > 50e-3 - 1e-9)
+    state.holders["ends"] = np.flatnonzero(ends)
+    state.position[ends] = even[ends]
+    settle(state, np.ones(len(drawn), dtype=bool))
+    assert np.abs(state.position - even).max() < 2e-6 * strain * 5e-3

@@ -67,6 +67,14 @@ def _within(shape: str, xi: Floats) -> Floats:
     return np.column_stack([shares[:, 1:], np.clip(xi[:, count:], -1.0, 1.0)])
 
 
+def _solved(slopes: Floats, left: Floats) -> Floats:
+    """Return the solutions of slopes · change = left, the shortest ones if any has many."""
+    try:
+        return np.linalg.solve(slopes, left[..., None])[..., 0]
+    except np.linalg.LinAlgError:  # some are singular
+        return np.einsum("pxk,pk->px", np.linalg.pinv(slopes), left)
+
+
 def places_in(shape: str, points: Floats, corners: Floats) -> ElementPlaces:
     """Return where points are in elements of a shape.
 
@@ -82,7 +90,7 @@ def places_in(shape: str, points: Floats, corners: Floats) -> ElementPlaces:
             at = functions(shape, xi)
             left = points - np.einsum("pa,pak->pk", at.values, corners)
             slopes = np.einsum("pak,pax->pkx", corners, at.gradients)
-            change = np.einsum("pxk,pk->px", np.linalg.pinv(slopes), left)
+            change = _solved(slopes, left)
             xi = xi + change
             if not np.abs(change).max(initial=0.0) > CLOSE:
                 break

@@ -142,7 +142,7 @@ def mortar_weights(
             )
             mixed = np.broadcast_to(_mixing(own).T, rows.shape)
             mixing.append(np.stack([rows, columns, mixed])[:, mixed != 0.0])
-    # SideFaces at an edge say the same.
+    # Faces at an edge say the same.
     (rows, columns), mixed = np.split(np.unique(np.hstack(mixing), axis=1), [2])
     at = rows.astype(np.int64), columns.astype(np.int64)
     back = csr_matrix((mixed.ravel(), at), shape=shape)
