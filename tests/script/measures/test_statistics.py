@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.every import every
 from tests.script.measures.test_stress import BLOCK, BULK, SHEAR, strained
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.measures.statistics import FieldStatistic, field_named, names_of_fields
 from tissuec.core.errors import CompileError
 from tissuec.learn.fit.learning import learn
+from tissuec.mechanics.state import State
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES, Subject
@@ -281,3 +283,36 @@ def test_statistics_are_known_to_conditions_studies_and_learning(tmp_path):
     learned = learn(compiled, compiled.fit_problems[0], request)
     (estimate,) = learned.estimates
     assert estimate.value[0] == pytest.approx(8e3, rel=1e-3)
+
+
+OF_ELEMENTS = (
+    "volume(block)", "stress(block)", "strain(block)", "average(stress tensor of block)",
+    "average(largest principal stress of block)", "stress(block at (1, 2, 3) mm)",
+    "position(block at (1, 2, 3) mm)", "percentile(von Mises stress of block, 95 %)",
+)  # fmt: skip
+
+
+@every("measure", OF_ELEMENTS)
+def test_a_measure_of_elements_has_the_same_bits_however_many_states_there_are(measure):
+    """Logs of resumed runs, which take other states at once, are equal to the last bit."""
+    scene = tissuec.compile(
+        "language 1\n"
+        "tissue gel { Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1 g/cm^3 }\n"
+        "body block {\n"
+        "  mesh is lattice { cell = 2 mm; box from (0, 0, 0) mm to (12, 8, 8) mm }\n"
+        "  tissue is gel\n}\n"
+        "environment { gravity = (0, 0, 0) m/s^2 }\nsimulate { duration = 1 ms }\n"
+        f"output {{ {measure} every 1 ms }}\n"
+    )
+    (log,) = scene.plan.output.logs
+    state = State.start(scene.network, gravity=np.zeros(3), drag=0.0)
+    moved = 1e-4 * np.random.default_rng(1).standard_normal((5, *state.position.shape))
+    none = np.zeros(scene.network.spring_count, dtype=bool)
+    batch = Snapshot(state, np.arange(5.0), state.position + moved, moved, none, None)
+    rows = log.measure.sample(log.subjects, batch)
+    for number in range(5):
+        single = log.measure.sample(log.subjects, batch.pick(number))
+        assert np.array_equal(single, rows[number])
+    for some in ([2], [1, 3]):
+        found = log.measure.sample(log.subjects, batch.pick(np.array(some)))
+        assert np.array_equal(found, rows[some])

@@ -229,10 +229,12 @@ class SolidElements(PointField, frozen=True):
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        found = np.zeros(position.shape[:-2])
+        # State by state: the order of sums in an array depends on its shape.
+        states = position.reshape(-1, *position.shape[-2:])
+        found = np.zeros(len(states))
         for _, own in self.in_blocks():
-            found += own.shape.volumes(position[..., own.nodes, :]).sum(axis=-1)
-        return found
+            found += [own.shape.volumes(state[own.nodes]).sum() for state in states]
+        return found.reshape(position.shape[:-2])
 
     @property
     def measures(self) -> tuple[Floats, Floats, Indices]:

@@ -68,8 +68,11 @@ def at_point(snapshot: Snapshot, subject: Subject, numbers: PointNumbers) -> Flo
     """
     assert subject.nodes is not None and subject.of_points is not None
     own, volumes = at_points(snapshot, subject.nodes, numbers)
-    times = np.ndim(snapshot.time)
-    return np.tensordot(own, subject.of_points, (times, 0)) if len(volumes) else 0.0
+    if not len(volumes):
+        return 0.0
+    # Not by BLAS, whose sums depend on how many states there are at once.
+    parts = np.moveaxis(own, np.ndim(snapshot.time), -1) * subject.of_points
+    return np.ascontiguousarray(parts).sum(axis=-1)
 
 
 def around_nodes(snapshot: Snapshot, numbers: PointNumbers) -> Floats:

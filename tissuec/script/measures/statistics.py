@@ -38,7 +38,9 @@ def statistic_of(statistic: str, numbers: Floats, weights: Floats, share: float)
         case "smallest":
             return np.asarray(numbers.min(axis=-1))
         case "average":
-            return np.asarray(numbers @ weights / weights.sum())
+            # Not by BLAS, whose sums depend on how many states there are at once.
+            parts = np.ascontiguousarray(numbers * weights)
+            return np.asarray(parts.sum(axis=-1) / weights.sum())
         case _:
             order = np.argsort(numbers, axis=-1)
             below = np.cumsum(weights[order], axis=-1)
