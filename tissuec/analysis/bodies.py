@@ -102,7 +102,7 @@ class BodyProperties(Struct, frozen=True):
         kind: "solid" with a volume; "wall": a surface; "thread"; "bars": a net typed in as
             tables; "points" without springs.
         tissues: What it is made of.
-        nodes, springs, elements: Their numbers; edges of elements count as springs.
+        nodes, springs, elements: Their numbers.
         mass: [kg].
         volume: Of a solid [m³]; of a wall with a thickness, area times that; likewise with the
             section of a thread or of bars.
@@ -143,7 +143,7 @@ class BodyProperties(Struct, frozen=True):
     @property
     def net(self) -> str:
         """Return the numbers of nodes, and of elements or springs."""
-        return str(NetSize(self.nodes, 0 if self.elements else self.springs, self.elements))
+        return str(NetSize(self.nodes, self.springs, self.elements))
 
     @property
     def density(self) -> float | None:
@@ -252,7 +252,7 @@ class _Examined:
 
     def _kind(self) -> Kind:
         volume = self.mesh.volume
-        if not len(self.own):
+        if not len(self.own) and not self.part.is_made_of_elements:
             return "points"
         if self.drawing.thread is not None:
             return "thread"

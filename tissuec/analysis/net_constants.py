@@ -52,7 +52,8 @@ def acting_springs(part: BodyPart, drawing: Drawing, state: State) -> tuple[Indi
     Returns:
         Their numbers within the body, shape (spring,), and how they act.
     """
-    own = np.flatnonzero(state.alive[part.springs] & (drawing.length > 0.0))
+    own = np.flatnonzero(state.alive[part.springs])
+    own = own[drawing.length[own] > 0.0]
     return own, state.springs.some(part.springs.start + own).behaviour
 
 

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tissuec.core.data import printable
 from tissuec.core.errors import counted
 from tissuec.core.report import holding
@@ -173,14 +175,12 @@ def _frames(trajectory: results.Trajectory) -> str:
 
 def _recorded(trajectory: results.Trajectory) -> NetSize:
     """Return how large the recorded part of a net is, with elements that are whole."""
-    springs, elements = trajectory.springs, 0
-    for body in trajectory.network.bodies:
-        if body.is_made_of_elements:
-            is_edge = (springs >= body.springs.start) & (springs < body.springs.stop)
-            whole = int(is_edge.sum()) == body.springs.stop - body.springs.start
-            elements += body.element_count if whole else 0
-            springs = springs[~is_edge]
-    return NetSize(len(trajectory.nodes), len(springs), elements)
+    network, elements = trajectory.network, 0
+    for body in network.bodies:
+        own = np.searchsorted(trajectory.nodes, (body.nodes.start, body.nodes.stop))
+        is_whole = int(own[1] - own[0]) == body.nodes.stop - body.nodes.start
+        elements += body.element_count if is_whole else 0
+    return NetSize(len(trajectory.nodes), len(trajectory.springs), elements)
 
 
 def _some(names: Sequence[str]) -> str:

@@ -45,8 +45,8 @@ def anatomy_of(compiled: Compiled) -> Anatomy:
 def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter | str:
     """Return the matter of a body, or why it has none; "" where that goes without saying."""
     mesh, body, network = drawing.mesh, drawing.body, compiled.network
-    springs: Indices = np.arange(int(part.springs.start), int(part.springs.stop) - part.bending)
-    ends = network.springs.ends[springs] - part.nodes.start
+    lines: Indices = np.arange(int(part.lines.start), int(part.lines.stop) - part.bending)
+    ends = network.line_ends[lines] - part.nodes.start
     if part.thread is not None:
         pieces = numbers_in(part.thread.pieces)
         return BodyMatter(_along(network, part, pieces, pi * part.thread.radius**2), 1, pieces)
@@ -58,20 +58,20 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
         if not (volume > 0.0).all():
             return "the volume of its cells cannot be computed"
         if elements:
-            return BodyMatter(volume, 3, springs, elements=elements)
+            return BodyMatter(volume, 3, lines, elements=elements)
         pressure = _pressure(compiled, part)
         if isinstance(pressure, str):
             return pressure
         width = _width(drawing)
         near = None if width is None else hats(mesh.position, width)
-        return BodyMatter(volume, 3, springs, pressure, near)
+        return BodyMatter(volume, 3, lines, pressure, near)
     if len(mesh.skin) and body.thickness is not None:
         volume = body.thickness * node_areas(mesh.position, mesh.skin)
         if elements:
-            return BodyMatter(volume, 2, springs, elements=elements)
-        return BodyMatter(volume, 2, springs[wall_springs(mesh.skin, ends)])
+            return BodyMatter(volume, 2, lines, elements=elements)
+        return BodyMatter(volume, 2, lines[wall_springs(mesh.skin, ends)])
     if body.section is not None:
-        return BodyMatter(_along(network, part, springs, body.section), 1, springs)
+        return BodyMatter(_along(network, part, lines, body.section), 1, lines)
     return ""
 
 
@@ -127,7 +127,7 @@ def _filled(mesh: Mesh) -> Floats:
 
 def _along(network: Network, part: BodyPart, springs: Indices, section: float) -> Floats:
     """Return the volume of each node of bars: half of each of them [m³], shape (node,)."""
-    ends = network.springs.ends[springs]
+    ends = network.line_ends[springs]
     length = np.linalg.norm(np.diff(network.position[ends], axis=1)[:, 0], axis=1)
     half = np.repeat(0.5 * section * length, 2)
     volume: Floats = np.bincount(ends.ravel(), half, part.nodes.stop).astype(float)

@@ -238,8 +238,10 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
     nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)]).tolist()
     parts: Sequence[BodyArrays | JointArrays] = [*bodies, *joints]
     springs = np.cumsum([0, *(len(part.springs.ids) for part in parts)]).tolist()
+    ends = [b.mesh.ends if b.elements else b.mesh.ends[:0] for b in bodies]
+    edges = np.cumsum([springs[-1], *map(len, ends)]).tolist()
     counts = [sum(len(one.nodes) for one in body.elements) for body in bodies]
-    elements = np.cumsum([springs[-1], *counts]).tolist()
+    elements = np.cumsum([edges[-1], *counts]).tolist()
     # Joints know the nodes of the net.
     firsts = [*nodes[: len(bodies)], *(0 for _ in joints)]
     joined = Springs.joined(
@@ -255,7 +257,8 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
     skins = [_shifted(b.mesh.skin, n) for b, n in zip(bodies, nodes, strict=False)]
     skin = behind_one_another(skins, np.int32, (3,))
     position = every(lambda b: b.mesh.position, np.float64, (3,))
-    blocks = _element_blocks(bodies, position, nodes, joined, springs, elements)
+    blocks = _element_blocks(bodies, position, nodes, edges, elements)
+    every_end = map(_shifted, ends, nodes)
     return Network(
         position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
@@ -265,7 +268,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         skin=skin,
         node_ids=every(lambda b: b.node_ids, np.int64),
         bodies=tuple(
-            map(_body_part, bodies, pairwise(nodes), pairwise(springs), pairwise(elements))
+            map(_body_part, bodies, *map(pairwise, (nodes, springs, edges, elements)))
         ),
         provenance={
             name: _join_provenance([p.provenance[name] for p in parts if name in p.provenance])
@@ -277,6 +280,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         skin_elements=_skin_elements(skin, blocks),
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
         cutting=_cutting(bodies, parts, blocks),
+        edges=behind_one_another([*every_end], np.int32, (2,)),
     )
 
 
@@ -301,30 +305,26 @@ def _element_blocks(
     bodies: Sequence[BodyArrays],
     position: NDArray[np.float64],
     nodes: Sequence[int],
-    joined: Springs,
-    springs: Sequence[int],
+    edges: Sequence[int],
     elements: Sequence[int],
 ) -> list[FieldBlock]:
     """Return the blocks of elements, and of the bending of walls of them.
 
     Args:
-        bodies: The bodies, whose first nodes, springs and elements are ``nodes``, ``springs``
+        bodies: The bodies, whose first nodes, edges and elements are ``nodes``, ``edges``
             and ``elements``.
         position: Of all nodes [m], shape (node, 3).
-        joined: All springs.
     """
     if not any(body.elements for body in bodies):
         return []
     from tissuec.compiler.elements.bodies import element_blocks
 
     blocks: list[FieldBlock] = []
-    for body, n, (first, last), one in zip(
-        bodies, nodes, pairwise(springs), elements, strict=False
-    ):
+    for body, n, edge, one in zip(bodies, nodes, edges, elements, strict=False):
         blocks += element_blocks(body.elements, position, n, one)
         if body.bends is not None:
-            ends, breaks = joined.ends[first:last], one if body.body.may_rupture else None
-            blocks.append(body.bends.block(position, n, ends, first, breaks))
+            breaks = one if body.body.may_rupture else None
+            blocks.append(body.bends.block(position, n, body.mesh.ends + n, edge, breaks))
     return blocks
 
 
@@ -353,9 +353,10 @@ def _body_part(
     body: BodyArrays,
     nodes: tuple[int, int],
     springs: tuple[int, int],
+    edges: tuple[int, int],
     elements: tuple[int, int],
 ) -> BodyPart:
-    """Return a body with the first and the last but one of its nodes, springs and elements."""
+    """Return a body with the first and the last but one of its nodes, springs, …."""
     mesh = body.body.mesh
     return BodyPart(
         body.body.name,
@@ -368,6 +369,7 @@ def _body_part(
         renumbered(body.thread, springs[0]),
         divided=body.mesh.tetrahedra,
         elements=slice(*elements),
+        edges=slice(*edges),
         is_wall=body.body.is_wall,
         is_solid=body.mesh.volume is not None,
         regions=_regions(body.body),
@@ -442,11 +444,15 @@ def _join_provenance(parts: Sequence[Provenance]) -> Provenance:
 
 def _place(drawings: Sequence[Drawing]) -> Mapping[str, PlacedBody]:
     placed: dict[str, PlacedBody] = {}
-    node = spring = 0
+    node = spring = edge = 0
     for drawing in drawings:
-        placed[key_of(drawing.body.name)] = PlacedBody(drawing, node, spring)
+        first = edge if drawing.is_elements else spring
+        placed[key_of(drawing.body.name)] = PlacedBody(drawing, node, first)
         node += len(drawing.mesh.position)
-        spring += len(drawing.mesh.ends)
+        if drawing.is_elements:
+            edge += len(drawing.mesh.ends)
+        else:
+            spring += len(drawing.mesh.ends)
     return placed
 
 

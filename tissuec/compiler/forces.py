@@ -24,7 +24,7 @@ def force_blocks(
         with findings.item():
             nodes = np.unique(groups.nodes(force.target).indices)
             own = nodes, network.position[nodes], network.mass[nodes], area[nodes]
-            acted = Acted(*own, network.skin, network.springs.ends, network.skin_elements)
+            acted = Acted(*own, network.skin, network.line_ends, network.skin_elements)
             try:
                 field = force.entries.on(acted)
                 _check(field, network)

@@ -185,8 +185,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "logs: none in the output"
     state = state_at_start(compiled)
     held, still = state.held, state.still
-    acts = network.springs.sudden > 0.0 if solid else slice(None)  # edges do nothing
-    inner = int(join_nodes_of(network.springs.ends[acts], held).sum())
+    inner = int(join_nodes_of(network.springs.ends, held).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes"
     moving = (each.moving(still) for each in solid)

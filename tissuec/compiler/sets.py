@@ -38,27 +38,33 @@ from tissuec.script.verbs import VERBS, Group
 
 
 class PlacedBody(Struct, frozen=True, eq=False, dict=True):
-    """A body with the numbers of its first node and spring in the network.
+    """A body with the numbers of its first node and line in the network.
 
-    It has its arrays once, however many sentences name it.
+    It has its arrays once, however many sentences name it. Edges of elements are counted behind
+    all springs, those of joints, too.
     """
 
     drawing: Drawing
     first_node: int
-    first_spring: int
+    first_line: int
 
     @cached_property
     def nodes(self) -> Indices:
         """Return the numbers of its nodes in the network, shape (node,)."""
         return np.arange(len(self.drawing.mesh.position)) + self.first_node
 
-    @cached_property
-    def springs(self) -> Indices:
-        return np.arange(len(self.drawing.mesh.ends)) + self.first_spring
+    def lines(self, springs: int) -> Indices:
+        """Return the numbers of its springs or edges in the network, shape (line,).
+
+        Args:
+            springs: How many the network has.
+        """
+        first = self.first_line + (springs if self.drawing.is_elements else 0)
+        return np.arange(len(self.drawing.mesh.ends)) + first
 
     @property
     def ends(self) -> NDArray[np.int32]:
-        """Return the nodes of each spring in the network, shape (spring, 2)."""
+        """Return the nodes of each line in the network, shape (line, 2)."""
         return self.drawing.mesh.ends + np.int32(self.first_node)
 
 
@@ -71,11 +77,11 @@ class PlacedJoint(Struct, frozen=True, eq=False):
 
     drawing: Drawing
     ends: NDArray[np.int32]
-    first_spring: int
+    first_line: int
 
-    @property
-    def springs(self) -> Indices:
-        return np.arange(len(self.ends)) + self.first_spring
+    def lines(self, springs: int) -> Indices:
+        """Return the numbers of its springs in the network, shape (spring,)."""
+        return np.arange(len(self.ends)) + self.first_line
 
 
 class NamedSet(Struct, frozen=True, eq=False):
@@ -101,14 +107,15 @@ class Groups:
         self.sets = Definitions("sets", self._needs, self._choose, scope.findings)
         self.used: set[str] = set()
         self.inside: dict[str, Indices] = {}
+        of_springs = (one for one in bodies.values() if not one.drawing.is_elements)
+        self.spring_count = sum(len(placed.drawing.mesh.ends) for placed in of_springs)
 
     def add_joints(self, joints: Sequence[tuple[Drawing, NDArray[np.int32]]]) -> None:
         """Add joints with the node pairs of their springs, shape (spring, 2), at the end."""
-        first = sum(len(placed.drawing.mesh.ends) for placed in self.bodies.values())
         for drawing, ends in joints:
             key = s.key_of(drawing.body.name)
-            self.joints[key] = PlacedJoint(drawing, ends, first)
-            first += len(ends)
+            self.joints[key] = PlacedJoint(drawing, ends, self.spring_count)
+            self.spring_count += len(ends)
 
     @cached_property
     def position(self) -> Floats:
@@ -152,6 +159,10 @@ class Groups:
         springs = [_numbered(placed.ends, count) for placed in self.bodies.values()]
         every = np.concatenate([np.zeros(0, dtype=np.int64), *springs])
         return int(np.isin(_numbered(pairs, count), every).sum())
+
+    def own_springs(self, lines: Indices) -> Indices:
+        """Return which of some lines, shape (n,), are springs and no edges of elements."""
+        return lines[lines < self.spring_count]
 
     def choose_all(self) -> None:
         """Choose every set, so that mistakes in unused ones are reported too."""
@@ -213,10 +224,10 @@ class Groups:
         """Return the springs of a set of springs, a body or joint, or inside a set of nodes."""
         self._enter_union(name)
         if name.key in self.bodies:
-            return Group(self._body(name), self.bodies[name.key].springs)
+            return Group(self._body(name), self.bodies[name.key].lines(self.spring_count))
         if name.key in self.joints:
             joint = self.joints[name.key]
-            return Group(joint.drawing.body.name, joint.springs)
+            return Group(joint.drawing.body.name, joint.lines(self.spring_count))
         chosen = self._find(name, with_joints=True)
         if chosen.of_springs:
             return chosen.group
@@ -245,10 +256,10 @@ class Groups:
     def springs_inside(self, nodes: Indices) -> Indices:
         """Return the springs, shape (m,), with both ends among the nodes, shape (n,)."""
         found = [
-            placed.springs[np.isin(placed.ends, nodes).all(axis=1)]
+            placed.lines(self.spring_count)[np.isin(placed.ends, nodes).all(axis=1)]
             for placed in (*self.bodies.values(), *self.joints.values())
         ]
-        return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
+        return np.sort(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
 
     def _find(self, name: s.Name, *, with_joints: bool = False) -> NamedSet:
         if name.key not in self.declared:
@@ -367,7 +378,7 @@ class Groups:
         """
         of_springs = isinstance(said, ChosenSprings)
         is_joint = isinstance(placed, PlacedJoint)
-        part = placed.springs if is_joint or of_springs else placed.nodes
+        part = placed.nodes if not (is_joint or of_springs) else placed.lines(self.spring_count)
         chosen = np.ones(len(part), dtype=bool)
         if said.where is not None:
             chosen &= points.select(said.where)

@@ -108,7 +108,7 @@ def layout_of(network: Network, threads: int) -> Layout:
         threads: That may share loops over nodes and springs; few nodes take fewer.
     """
     bodies, shown, count = network.body_nodes, network.shown_nodes, network.node_count
-    order, runs = order_nodes(network.position[:bodies], network.springs.ends)
+    order, runs = order_nodes(network.position[:bodies], network.line_ends)
     # Nodes of tools come last, where measures of motion leave them out, after bristles, some
     # of which may be left out.
     bristles = network.remembering(FRICTION)
@@ -116,6 +116,9 @@ def layout_of(network: Network, threads: int) -> Layout:
     order = np.concatenate([order, others, bristles, np.arange(bodies, shown)])
     place = np.empty_like(order)
     place[order] = np.arange(count)
+    if len(network.edges):
+        places = _places(place[network.springs.ends])
+        runs = places if places.is_worthwhile else None
     # Runs are counted by the numbers of the network, which only tools may change then.
     keeps_tools = np.array_equal(order[bodies:], np.arange(bodies, count))
     found = Layout(
@@ -135,7 +138,7 @@ def _threads(
     network: Network, permitted: int, low: Places, high: Places, runs: RunPlaces | None
 ) -> int:
     """Return how many threads are of use."""
-    count = useful(permitted, network.spring_count)
+    count = useful(permitted, network.line_count)
     if count > 1:
         several = are_chunks(network.node_count)
         if runs is not None:
@@ -205,7 +208,6 @@ def _by_columns(
     best, least = as_drawn, drawn
     place = np.arange(max(nodes, int(ends.max(initial=0)) + 1))
     apart = np.abs(ends[:, 1] - ends[:, 0])
-    # Springs that mark elements begin and end at one node.
     widths, counts = np.unique(apart[apart > 0], return_counts=True)
     for width in widths[np.argsort(-counts, kind="stable")][:TRIALS]:
         order = np.lexsort((as_drawn // width, as_drawn % width))

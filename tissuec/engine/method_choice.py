@@ -127,7 +127,7 @@ def _chosen(
             return MethodChoice("srkn11", reason, facts())
     if (found := creeping(sums)) is not None:
         return found
-    is_large = np.count_nonzero(state.alive_springs) >= LARGE
+    is_large = np.count_nonzero(state.alive_lines) >= LARGE
     is_brief = sums.fastest * method.duration < BRIEF
     if tolerance < COARSE or (is_large and is_brief and sums.most_damped <= BRISK):
         finest = (FINE if is_brief else FINER) if is_large else inf

@@ -247,7 +247,7 @@ def new_task(
         floor=floor,
         noise=max(rounding * max(coordinates, size), TINIEST),
         least=max(_least_energy(network, least * size, duration), TINIEST),
-        bound=1e6 * size if size and network.spring_count else inf,
+        bound=1e6 * size if size and network.entity_count else inf,
         stride=inf if network.contact is None else network.contact.stride,
     )
 

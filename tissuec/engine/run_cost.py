@@ -16,8 +16,6 @@ compiled evaluation.
 
 from typing import NamedTuple
 
-import numpy as np
-
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.integrators import Integrator
 from tissuec.mechanics.state import State
@@ -88,7 +86,6 @@ def run_cost(
     """
     net = state.network
     elements = sum(each.item_count for each in net.elements)
-    springs = np.count_nonzero(net.springs.sudden) if elements else net.spring_count
     output, duration = plan.output, plan.simulation.duration
     frames = moments(duration, output.every) if len(output.frames) else 0
     rows = sum(moments(duration, log.every) for log in output.logs)
@@ -97,7 +94,7 @@ def run_cost(
     in_samples = FRAME_EVALUATIONS * frames + ROW_EVALUATIONS * rows + LEDGER_EVALUATIONS * kept
     return RunCost(
         start=START + OF_ELEMENTS * (elements > 0),
-        preparation=NODE * net.body_nodes + SPRING * springs + ELEMENT * elements,
+        preparation=NODE * net.body_nodes + SPRING * net.spring_count + ELEMENT * elements,
         motion=motion,
         equilibria=equilibria,
         events=foreseen.times

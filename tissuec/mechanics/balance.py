@@ -23,7 +23,7 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
 from tissuec.mechanics.state import State
 from tissuec.model import topology
-from tissuec.model.edges import joining
+from tissuec.model.edges import joined_pairs
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -79,8 +79,6 @@ class Balance:
             moving, self._reduction = self._embedding.reduction(is_free)
         self._moving = np.flatnonzero(moving >= 0)[np.argsort(moving[moving >= 0])]
         resists = (state.springs.stiffness > 0.0) | (state.springs.law > 0)
-        # Edges of elements join pieces, also without any stiffness.
-        resists |= joining(state.network, state.alive)
         acts = state.alive_springs & resists & (moving[ends] >= 0).any(axis=1)
         self._acting, self._every = np.flatnonzero(acts), state.springs
         self.springs = RestingSprings(
@@ -89,6 +87,10 @@ class Balance:
             behaviour=state.springs.some(self._acting).behaviour,
             rest=rest_lengths(state, state.velocity, self._acting),
         )
+        edges = joined_pairs(state.network, state.alive)
+        #: Nodes of springs that act, and of edges of elements at free nodes, shape (link, 2).
+        self.links = np.concatenate([ends[acts], edges[(moving[edges] >= 0).any(axis=1)]])
+        self._edges = edges
         self.mass = state.inertia[self.free]
         self.load = applied_forces(state)[self.free]
         self._pushing = (*state.jets.values(), *state.pressures)
@@ -114,9 +116,9 @@ class Balance:
         return self._start.copy()
 
     @property
-    def every_end(self) -> NDArray[np.integer]:
-        """Return the ends of all springs and edges, held or not, shape (spring, 2)."""
-        return self._every.ends
+    def every_link(self) -> NDArray[np.integer]:
+        """Return the nodes of all springs and edges, held or not, shape (link, 2)."""
+        return np.concatenate([self._every.ends, self._edges])
 
     @property
     def is_on_planes(self) -> bool:
@@ -144,22 +146,23 @@ class Balance:
     @cached_property
     def labels(self) -> NDArray[np.integer]:
         """Return the piece of each free node, by its number, shape (free,)."""
-        joined = self.ends[(self.ends >= 0).all(axis=1)]
+        joined = self.link_ends[(self.link_ends >= 0).all(axis=1)]
         if self._embedding is not None:
             pairs = self._number[self._embedding.neighbours]
             joined = np.concatenate([joined, pairs[(pairs >= 0).all(axis=1)]])
         return topology.pieces(len(self.free), joined)
 
     @cached_property
-    def ends(self) -> NDArray[np.integer]:
-        """Return the ends of the springs as numbers of free nodes, shape (spring, 2).
+    def link_ends(self) -> NDArray[np.integer]:
+        """Return the nodes of ``links`` as numbers of free nodes, shape (link, 2).
 
-        The first free host of an embedded node stands for it, -1 for a node that stays.
+        An embedded node has that of its first free host, and a node that stays -1.
         """
+        ends = self._number[self.links]
         if self._reduction is None:
-            return self.springs.ends
+            return ends
         rows = self._reduction[::3]
-        return np.append(rows.indices[rows.indptr[:-1]] // 3, -1)[self.springs.ends]
+        return np.append(rows.indices[rows.indptr[:-1]] // 3, -1)[ends]
 
     @property
     def is_embedding(self) -> bool:

@@ -104,13 +104,13 @@ def pieces(balance: Balance, *, lone: bool = False) -> tuple[RigidPiece, ...]:
     Args:
         lone: Whether a node without springs that act is a piece, too.
     """
-    free, outer = balance.ends >= 0, balance.springs.outer_ends
+    free, outer = balance.link_ends >= 0, balance.links
     inner, labels = free.all(axis=1), balance.labels
     to_anchor = free.any(axis=1) & ~inner
-    beside = labels[balance.ends[to_anchor].max(axis=1)]
+    beside = labels[balance.link_ends[to_anchor].max(axis=1)]
     anchors = outer[to_anchor][~free[to_anchor]]
     joined = np.full(len(labels), lone)
-    joined[balance.ends[free]] = True
+    joined[balance.link_ends[free]] = True
     order = np.argsort(labels, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
     return tuple(

@@ -438,9 +438,9 @@ class _Falling(NamedTuple):
 
 def _falling(balance: Balance, x: Floats) -> _Falling:
     """Return the pieces that fall from where they are."""
-    inner, labels = (balance.ends >= 0).all(axis=1), balance.labels
+    inner, labels = (balance.link_ends >= 0).all(axis=1), balance.labels
     anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
-    anchored[labels[balance.ends[~inner].max(axis=1)]] = True
+    anchored[labels[balance.link_ends[~inner].max(axis=1)]] = True
     anchored[labels[balance.touched(balance.bars(x).position)]] = True
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)

@@ -301,13 +301,18 @@ class State(Struct, eq=False):
         """Return which springs are there, shape (spring,)."""
         return self.alive[: self.network.spring_count]
 
-    def lose(self, springs: Indices) -> None:
-        """Remove springs, and the elements whose edges they are.
+    @property
+    def alive_lines(self) -> NDArray[np.bool_]:
+        """Return which springs and edges of elements are there, shape (line,)."""
+        return self.alive[: self.network.line_count]
+
+    def lose(self, lines: Indices) -> None:
+        """Remove lines, and the elements whose edges they are.
 
         Args:
-            springs: Indices, shape (n,).
+            lines: Springs and edges, shape (n,).
         """
-        self.alive = without(self.network, self.alive, springs)
+        self.alive = without(self.network, self.alive, lines)
 
     def break_entities(self, broken: Indices) -> Indices:
         """Remove springs and elements that break, and edges that no other element has.

@@ -35,10 +35,10 @@ def after_turns(balance: Balance, before: Floats, now: Floats) -> Floats | None:
     """
     if balance.is_on_planes:
         return None
-    ends, free = balance.springs.outer_ends, balance.free
+    ends, free = balance.links, balance.free
     is_free = np.zeros(len(before), dtype=bool)
     is_free[free] = True
-    turns = _turns(ends, balance.every_end, is_free, before, now)
+    turns = _turns(ends, balance.every_link, is_free, before, now)
     if turns is None:
         return None
     from scipy.spatial.transform import Rotation  # it takes a while to import

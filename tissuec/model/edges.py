@@ -9,13 +9,13 @@ from tissuec.model.topology import PairIndex
 _NONE = np.zeros(0, dtype=np.int64)
 
 
-def elements_at(network: Network, springs: Indices) -> Indices:
-    """Return the elements that have an edge among some springs, as entities, shape (n,).
+def elements_at(network: Network, lines: Indices) -> Indices:
+    """Return the elements that have an edge among some lines, as entities, shape (n,).
 
     Args:
-        springs: Shape (m,).
+        lines: Springs have no elements, shape (m,).
     """
-    pairs = network.springs.ends[springs[network.edges[springs]]]
+    pairs = network.edges[lines[lines >= network.spring_count] - network.spring_count]
     if not len(pairs):
         return _NONE
     index, is_end = PairIndex(pairs), np.zeros(network.node_count, dtype=bool)
@@ -30,7 +30,7 @@ def elements_at(network: Network, springs: Indices) -> Indices:
 
 
 def edges_of(network: Network, entities: Indices) -> Indices:
-    """Return the springs that are edges of some elements, ascending, shape (n,).
+    """Return the lines that are edges of some elements, ascending, shape (n,).
 
     Args:
         entities: The elements; others have none, shape (m,).
@@ -39,7 +39,8 @@ def edges_of(network: Network, entities: Indices) -> Indices:
     chosen[entities] = True
     own = (field.edges[chosen[field.walls]].reshape(-1, 2) for field in network.elements)
     pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *own])
-    return np.unique(network.pairs.between(pairs)[0])
+    found = np.unique(network.pairs.between(pairs)[0])
+    return found[found >= network.spring_count]
 
 
 def without(network: Network, alive: NDArray[np.bool_], entities: Indices) -> NDArray[np.bool_]:
@@ -51,19 +52,17 @@ def without(network: Network, alive: NDArray[np.bool_], entities: Indices) -> ND
     """
     left = alive.copy()
     left[entities] = False
-    left[elements_at(network, entities[entities < network.spring_count])] = False
+    left[elements_at(network, entities[entities < network.line_count])] = False
     return left
 
 
-def joining(network: Network, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which springs are edges of elements that are there, shape (spring,).
+def joined_pairs(network: Network, alive: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Return the nodes of edges of elements that are there, shape (edge, 2).
 
     Args:
-        alive: Shape (entity,).
+        alive: Which entities are, shape (entity,).
     """
-    there = np.arange(network.spring_count, network.entity_count)
+    there = np.arange(network.line_count, network.entity_count)
     if alive[there].all():
         return network.edges
-    joins = np.zeros(network.spring_count, dtype=bool)
-    joins[edges_of(network, there[alive[there]])] = True
-    return joins
+    return network.edges[edges_of(network, there[alive[there]]) - network.spring_count]

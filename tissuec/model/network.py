@@ -1,7 +1,8 @@
 """The compiled network: read-only arrays with the source line of each entry.
 
 Nodes and springs are in the order of the scene and keep their numbers for good; the engine
-may renumber inside, never visibly. Springs, followed by elements, are *entities*: what can be
+may renumber inside, never visibly. Springs, followed by the edges of elements, are *lines*:
+what is drawn and selected as such. Lines, followed by elements, are *entities*: what can be
 there or be lost. The signed incidence matrix of the paper is the pair of
 columns ``springs.ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
@@ -95,7 +96,7 @@ class ThreadBody(Struct, frozen=True):
 
 
 class BodyPart(Struct, frozen=True, eq=False):
-    """Ranges of the nodes and springs of one body in the arrays.
+    """Ranges of the nodes, springs and elements of one body in the arrays.
 
     Attributes:
         grid: Arrangement of its nodes in rows and columns, if there is one.
@@ -107,7 +108,8 @@ class BodyPart(Struct, frozen=True, eq=False):
         divided: Of a solid body, tetrahedra that divide it, counted from its nodes, shape
             (tetrahedron, 4).
         elements: Entities that are the finite elements which resist its deformation, shape by
-            shape; where there are any, its springs are their edges, without any stiffness.
+            shape; where there are any, there are no springs.
+        edges: Lines that are the edges of its elements.
         is_wall: Whether these are triangles of a wall.
         is_solid: Whether its mesh fills a volume, whatever it is made of.
         regions: Its regions with their tissues; "" comes first, for what is in none.
@@ -125,6 +127,7 @@ class BodyPart(Struct, frozen=True, eq=False):
     thread: ThreadBody | None = None
     divided: NDArray[np.int64] | None = None
     elements: slice = slice(0, 0)
+    edges: slice = slice(0, 0)
     is_wall: bool = False
     is_solid: bool = False
     regions: tuple[tuple[str, str], ...] = ()
@@ -137,15 +140,19 @@ class BodyPart(Struct, frozen=True, eq=False):
 
     @property
     def is_made_of_elements(self) -> bool:
-        """Return whether its springs are edges of elements."""
+        """Return whether finite elements resist its deformation, rather than springs."""
         return self.element_count > 0
+
+    @property
+    def lines(self) -> slice:
+        """Return its springs, or the edges of its elements."""
+        return self.edges if self.is_made_of_elements else self.springs
 
     @property
     def size(self) -> NetSize:
         """Return how many nodes, and springs or elements, it has."""
-        elements = self.element_count
-        springs = 0 if elements else self.springs.stop - self.springs.start
-        return NetSize(self.nodes.stop - self.nodes.start, springs, elements)
+        springs = self.springs.stop - self.springs.start
+        return NetSize(self.nodes.stop - self.nodes.start, springs, self.element_count)
 
 
 class JointPart(Struct, frozen=True):
@@ -154,6 +161,11 @@ class JointPart(Struct, frozen=True):
     name: str
     springs: slice
     span: Span
+
+    @property
+    def lines(self) -> slice:
+        """Return its springs."""
+        return self.springs
 
     @property
     def size(self) -> NetSize:
@@ -221,6 +233,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         velocity: Initial velocities [m/s], shape (node, 3).
         mass: Masses [kg], shape (node,); positive.
         springs: All springs, those of bodies first, with their numbers at the start of a run.
+        edges: Node pairs of the edges of elements, body by body, shape (edge, 2).
         skin: Triangles of the bodies' surfaces, for viewers, shape (triangle, 3).
         node_ids: Ids of the author (table ids, or the number within the body), shape (node,).
         bodies: The parts of the arrays that belong to each body.
@@ -261,6 +274,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     mirrored: tuple[MirrorPlane, ...] = ()
     friction: SurfaceFriction | None = None
     cutting: CuttingResistance | None = None
+    edges: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):
@@ -410,8 +424,20 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def entity_count(self) -> int:
-        """Return how many entities there are: springs, followed by elements."""
-        return self.spring_count + self.element_count
+        """Return how many entities there are: lines, followed by elements."""
+        return self.line_count + self.element_count
+
+    @property
+    def line_count(self) -> int:
+        """Return how many lines there are: springs, followed by edges of elements."""
+        return self.spring_count + len(self.edges)
+
+    @cached_property
+    def line_ends(self) -> NDArray[np.int32]:
+        """Return the node pairs of lines, shape (line, 2)."""
+        if not len(self.edges):
+            return self.springs.ends
+        return np.concatenate([self.springs.ends, self.edges])
 
     @property
     def joined_ends(self) -> NDArray[np.int32]:
@@ -483,50 +509,57 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def pairs(self) -> PairIndex:
-        """Return the springs by their nodes."""
-        return PairIndex(self.springs.ends)
+        """Return the lines by their nodes."""
+        return PairIndex(self.line_ends)
 
     def owner(self, entity: int) -> BodyPart | JointPart:
-        """Return the body or joint of a spring or an element."""
+        """Return the body or joint of a spring, an edge or an element."""
         if entity < self.spring_count:
             return next(part for part in self.parts if entity < part.springs.stop)
-        return next(b for b in self.bodies if b.elements.start <= entity < b.elements.stop)
+        if entity < self.line_count:
+            return next(body for body in self.bodies if entity < body.edges.stop)
+        return next(body for body in self.bodies if entity < body.elements.stop)
 
     def number_of(self, entity: int) -> int:
-        """Return the id of a spring, or the number of an element in its body from 1."""
+        """Return the id of a spring, or the number of an edge or element in its body from 1."""
         if entity < self.spring_count:
             return int(self.springs.ids[entity])
         owner = self.owner(entity)
         assert isinstance(owner, BodyPart)
-        return entity - int(owner.elements.start) + 1
+        own = owner.edges if entity < self.line_count else owner.elements
+        return entity - int(own.start) + 1
 
-    def is_edge(self, spring: int) -> bool:
-        """Return whether a spring is an edge of an element."""
-        part = self.owner(spring)
-        return isinstance(part, BodyPart) and part.is_made_of_elements
+    def springs_among(self, lines: Indices) -> Indices:
+        """Return which of some lines are springs, shape (n,).
 
-    @cached_property
-    def edges(self) -> NDArray[np.bool_]:
-        """Return which springs are edges of elements, shape (spring,)."""
-        edges = np.zeros(self.spring_count, dtype=bool)
-        for body in self.bodies:
-            edges[body.springs] = body.is_made_of_elements
-        return edges
+        Args:
+            lines: Of which the others are edges of elements, shape (m,).
+        """
+        return lines[lines < self.spring_count]
 
     @property
-    def shown_springs(self) -> NDArray[np.bool_]:
-        """Return which springs are shown: none that only bend, shape (spring,)."""
+    def of_bodies(self) -> NDArray[np.bool_]:
+        """Return which lines belong to bodies, not to joints, shape (line,)."""
+        found = np.ones(self.line_count, dtype=bool)
+        found[self.body_springs : self.spring_count] = False
+        return found
+
+    @property
+    def shown_lines(self) -> NDArray[np.bool_]:
+        """Return which lines are shown: no springs that only bend, shape (line,)."""
         return ~self.bends
 
     @property
     def bears(self) -> NDArray[np.bool_]:
-        """Return which springs can bear a force, shape (spring,); edges of elements do not."""
-        return (self.springs.stiffness > 0.0) | (self.springs.law > 0)
+        """Return which lines can bear a force, shape (line,); edges of elements do not."""
+        springs, bears = self.springs, np.zeros(self.line_count, dtype=bool)
+        bears[: self.spring_count] = (springs.stiffness > 0.0) | (springs.law > 0)
+        return bears
 
     @property
     def bends(self) -> NDArray[np.bool_]:
-        """Return which springs resist bending only, shape (spring,)."""
-        bends = np.zeros(self.spring_count, dtype=bool)
+        """Return which lines are springs that resist bending only, shape (line,)."""
+        bends = np.zeros(self.line_count, dtype=bool)
         for body in self.bodies:
             bends[body.springs.stop - body.bending : body.springs.stop] = True
         return bends
@@ -544,9 +577,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     @property
     def size(self) -> NetSize:
         """Return how many nodes, springs and elements its bodies and joints have."""
-        edges = (part.springs for part in self.bodies if part.is_made_of_elements)
-        springs = self.spring_count - sum(part.stop - part.start for part in edges)
-        return NetSize(self.body_nodes, springs, self.element_count)
+        return NetSize(self.body_nodes, self.spring_count, self.element_count)
 
     @property
     def present(self) -> NDArray[np.bool_]:

@@ -87,6 +87,11 @@ class Springs(Struct, frozen=True, eq=False):
         return cls(ends, stiffness, damping, rest, strength, crush, law, laws, ids)
 
     @classmethod
+    def none(cls) -> "Springs":
+        """Return no springs at all."""
+        return cls.joined([])
+
+    @classmethod
     def joined(cls, parts: Sequence["Springs"]) -> "Springs":
         """Return springs that remember nothing, one part after the other.
 

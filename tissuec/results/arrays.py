@@ -53,7 +53,10 @@ def write_network(store: Store, network: Network) -> None:
         grid=np.array([b.grid or (0, 0, 0) for b in bodies]).reshape(-1, 3),
     )
     if network.element_count:
-        store.arrays(schema.BODIES, elements=[_range(b.elements) for b in bodies])
+        names = ("elements", "edges")
+        parts = {name: [_range(getattr(body, name)) for body in bodies] for name in names}
+        store.arrays(schema.BODIES, **parts)
+        store.array(schema.EDGES[""], network.edges)
     if network.skin_elements is not None:
         store.array(schema.SKIN_ELEMENTS[""], network.skin_elements)
     if len(solids := ElementCells.of(network)):
@@ -111,7 +114,7 @@ def read_network(file: ResultGroup, source: Source) -> Network:
     laws = Contents(file, schema.LAWS).rows("name", "elastic", "viscous")
     hidden = slice(*access.array(file, schema.HIDDEN[""].path).tolist())
     inelastic = Contents(file, schema.INELASTIC)
-    skin = schema.SKIN_ELEMENTS[""].path
+    skin, edges = (each[""].path for each in (schema.SKIN_ELEMENTS, schema.EDGES))
     springs = Springs(
         **{name: arrays.pop(name) for name in COLUMNS},
         laws=tuple(Law(name, parse(e), parse(v)) for name, e, v in laws),
@@ -127,6 +130,7 @@ def read_network(file: ResultGroup, source: Source) -> Network:
         provenance={},
         memories=(MemoryPart("", hidden),) if hidden.start < hidden.stop else (),
         skin_elements=access.array(file, skin) if skin in file else None,
+        **({"edges": access.array(file, edges)} if edges in file else {}),
     )
 
 
@@ -140,14 +144,17 @@ def read_solids(file: ResultGroup) -> ElementCells:
 def _read_bodies(file: ResultGroup, span: Span) -> Iterator[BodyPart]:
     found = Contents(file, schema.BODIES)
     count = len(found["name"])
-    elements = found.get("elements", np.zeros((count, 2), dtype=int)).tolist()
+    none = np.zeros((count, 2), dtype=int)
+    elements, edges = (found.get(name, none).tolist() for name in ("elements", "edges"))
     threads = found.rows("thread", "thread_radius") if "thread" in found else [None] * count
-    for (name, nodes, springs, grid), thread, of_elements in zip(
-        found.rows("name", "nodes", "springs", "grid"), threads, elements, strict=True
+    rows = found.rows("name", "nodes", "springs", "grid")
+    for (name, nodes, springs, grid), thread, of_elements, of_edges in zip(
+        rows, threads, elements, edges, strict=True
     ):
         yield BodyPart(
             name, slice(*nodes), slice(*springs), span, _grid(*grid),
             thread=None if thread is None else _thread(*thread), elements=slice(*of_elements),
+            edges=slice(*of_edges),
         )  # fmt: skip
 
 
@@ -179,7 +186,7 @@ def _read_tools(file: ResultGroup, span: Span) -> Iterator[ToolPart]:
 
 def write_recording(store: Store, recording: Recording) -> None:
     """Write what is recorded, so that a resumed run records the same."""
-    store.arrays(schema.RECORDING, nodes=recording.nodes, springs=recording.springs)
+    store.arrays(schema.RECORDING, nodes=recording.nodes, lines=recording.lines)
     for name in ("single", "compress"):
         store.group(schema.RECORDING.path).attrs[name] = getattr(recording, name)
     if recording.fields != always_recorded():  # which files have that say nothing else
@@ -195,7 +202,7 @@ def read_recording(file: ResultGroup) -> Recording:
     logs: list[LogChannel] = [read_channel(file, path) for path in read_channels(file).values()]
     return Recording(
         nodes=access.array(group, "nodes"),
-        springs=access.array(group, "springs"),
+        lines=access.array(group, "lines"),
         single=access.attribute(group, "single", bool),
         compress=access.attribute_or(group, "compress", False),
         fields=read_channels_of_frames(file),

@@ -113,6 +113,7 @@ def _coordinates(trajectory: Trajectory, frames: slice) -> dict[str, Any]:
     network, nodes, springs = trajectory.network, trajectory.nodes, trajectory.springs
     bodies = _names(network.node_count, [(body.name, body.nodes) for body in network.bodies])
     parts = _names(network.spring_count, [(part.name, part.springs) for part in network.parts])
+    ends = trajectory.ends[: len(springs)]
     return {
         "time": ("time", trajectory.times[frames], {"units": "s"}),
         "axis": ("axis", ["x", "y", "z"]),
@@ -122,8 +123,8 @@ def _coordinates(trajectory: Trajectory, frames: slice) -> dict[str, Any]:
         "spring": ("spring", springs, {"long_name": "numbers in the network"}),
         "spring_id": ("spring", trajectory.spring_ids, {"long_name": "ids of the scene"}),
         "part": ("spring", parts[springs]),
-        "first": ("spring", trajectory.ends[:, 0], {"long_name": "rows of its nodes"}),
-        "second": ("spring", trajectory.ends[:, 1], {"long_name": "rows of its nodes"}),
+        "first": ("spring", ends[:, 0], {"long_name": "rows of its nodes"}),
+        "second": ("spring", ends[:, 1], {"long_name": "rows of its nodes"}),
     }
 
 

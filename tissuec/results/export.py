@@ -248,7 +248,7 @@ def event_facts(trajectory: Trajectory, event: Event) -> tuple[str, str, str, st
 
 def names_of(trajectory: Trajectory, event: Event) -> tuple[str, ...]:
     """Return the ids of the springs of an event, or of the elements that broke in it."""
-    elements = [one for one in event.springs if one >= trajectory.network.spring_count]
+    elements = [one for one in event.springs if one >= trajectory.network.line_count]
     return tuple(spring_name(trajectory, number) for number in elements or event.springs)
 
 
@@ -259,7 +259,7 @@ def spring_name(trajectory: Trajectory, number: int) -> str:
     """
     network = trajectory.network
     identity = str(network.number_of(number))
-    if number >= network.spring_count:
+    if number >= network.line_count:
         identity = f"{ELEMENT}{identity}"
     if len(network.parts) < 2:
         return identity

@@ -230,13 +230,11 @@ class Drawn(NamedTuple):
         total: How many cells it has.
         rows: Which of these have the numbers.
         items: Whose numbers they are, ascending, shape (shown,).
-        silent: What exists without a cell: its numbers are 0, shape (silent,).
     """
 
     total: int
     rows: slice
     items: Indices
-    silent: Indices
 
 
 class CellFrames(OverFrames):
@@ -279,12 +277,7 @@ class CellFrames(OverFrames):
         numbers = np.zeros((0, *self.shape[2:]), dtype=self.dtype)
         if self._dataset is not None:
             numbers = self._dataset.finite(first + drawn.rows.start, first + drawn.rows.stop)
-        if not len(drawn.silent):
-            return numbers, drawn.items
-        items = np.concatenate([drawn.items, drawn.silent])
-        none = np.zeros((len(drawn.silent), *self.shape[2:]), dtype=self.dtype)
-        order = np.argsort(items)
-        return np.concatenate([numbers, none])[order], items[order]
+        return numbers, drawn.items
 
     def _read(self, low: int, high: int) -> Numbers:
         found = np.full((high - low, *self.shape[1:]), np.nan, dtype=self.dtype)
@@ -301,6 +294,5 @@ class CellFrames(OverFrames):
                 if not all_numbers(numbers):
                     damaged(self._dataset.file, f'"{self._dataset.path}" is incomplete')
                 found[place, drawn.items] = numbers
-            found[place, drawn.silent] = 0.0
             low = stop
         return found

@@ -33,9 +33,9 @@ class Cells(NamedTuple):
 
     Attributes:
         vertices: Nodes that nothing below touches, shape (vertex, 1).
-        lines: Ends of the springs that are alive, shape (line, 2).
+        lines: Ends of springs and edges of elements that are alive, shape (line, 2).
         triangles: Skin that is whole, shape (triangle, 3).
-        springs: Network number of the spring of each line, shape (line,).
+        line_numbers: Network number of each line, shape (line,).
         faces: Place of each triangle among those of the mesh, shape (triangle,).
         elements: Places of the elements that exist among those of the mesh, shape (element,).
     """
@@ -43,7 +43,7 @@ class Cells(NamedTuple):
     vertices: Indices
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
-    springs: NDArray[np.integer]
+    line_numbers: NDArray[np.integer]
     faces: Indices
     elements: Indices
 
@@ -195,8 +195,8 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
     Attributes:
         network: The whole.
         nodes: Network numbers of the nodes shown, shape (node,).
-        springs: Network numbers of the springs shown, shape (spring,).
-        lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
+        line_numbers: Network numbers of the springs and edges shown, shape (line,).
+        lines: Ends of those as rows of ``nodes``, shape (line, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
         faces: Numbers of these triangles in the skin of the network, shape (triangle,).
         solids: The solid elements of bodies that are shown as a whole, as rows of ``nodes``.
@@ -208,7 +208,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
 
     network: Network
     nodes: NDArray[np.integer]
-    springs: NDArray[np.integer]
+    line_numbers: NDArray[np.integer]
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
     faces: Indices
@@ -222,7 +222,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         cls,
         network: Network,
         nodes: NDArray[np.integer],
-        springs: NDArray[np.integer],
+        line_numbers: NDArray[np.integer],
         solids: ElementCells | None = None,
         *,
         with_skin: bool = False,
@@ -232,26 +232,25 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         Args:
             network: The whole.
             nodes: Ascending indices, shape (node,).
-            springs: Ascending indices, shape (spring,).
+            line_numbers: Ascending indices, shape (line,).
             solids: All solid elements of a network that was read from a file, which has none
                 of its own.
             with_skin: As for the class.
 
         Raises:
-            ValueError: Numbers do not ascend within the network, or a spring ends elsewhere.
+            ValueError: Numbers do not ascend within the network, or a line ends elsewhere.
         """
         nodes = _ascending(nodes, network.node_count, "node")
-        springs = _ascending(springs, network.spring_count, "spring")
+        line_numbers = _ascending(line_numbers, network.line_count, "line")
         row = np.full(network.node_count, -1, dtype=np.int32)
         row[nodes] = np.arange(len(nodes), dtype=np.int32)
         # Of a network that is recorded as a whole, its own array serves.
-        whole = len(nodes) == network.node_count and len(springs) == network.spring_count
-        lines = (
-            network.springs.ends if whole else row[network.springs.ends[springs]].reshape(-1, 2)
-        )
+        ends, count = network.line_ends, network.line_count
+        whole = len(nodes) == network.node_count and len(line_numbers) == count
+        lines = ends if whole else row[ends[line_numbers]].reshape(-1, 2)
         if (lines < 0).any():
-            spring = springs[(lines < 0).any(axis=1)][0]
-            raise ValueError(f"spring {spring} is recorded, but not both of its ends are")
+            line = line_numbers[(lines < 0).any(axis=1)][0]
+            raise ValueError(f"line {line} is recorded, but not both of its ends are")
         shown = np.flatnonzero((row[network.skin] >= 0).all(axis=1))
         triangles = row[network.skin[shown].reshape(-1, 3)]
         solids = ElementCells.of(network) if solids is None else solids
@@ -262,8 +261,9 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         own = solids.some(elements)
         own = replace(own, nodes=row[own.nodes])
         return cls(
-            network, nodes, springs, lines, triangles, shown, own, elements, solids, with_skin
-        )
+            network, nodes, line_numbers, lines, triangles, shown, own, elements, solids,
+            with_skin,
+        )  # fmt: skip
 
     @property
     def labels(self) -> dict[str, tuple[Place, NDArray[Any]]]:
@@ -284,11 +284,10 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         found[self.solids.nodes] = True
         return found
 
-    @cached_property
-    def are_lines(self) -> NDArray[np.bool_]:
-        """Which springs VTK shows as lines: no edges of solid elements, shape (spring,)."""
-        edges = self.network.edges[self.springs]
-        return ~edges | ~self._is_solid[self.lines].all(axis=1)
+    @property
+    def springs(self) -> NDArray[np.integer]:
+        """Network numbers of the springs shown, which VTK has as lines, shape (spring,)."""
+        return self.line_numbers[self.line_numbers < self.network.spring_count]
 
     @cached_property
     def are_faces(self) -> NDArray[np.bool_]:
@@ -301,13 +300,13 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
     def _skin(self) -> SupportedTriangles:
         skin, every = self.network.skin[self.faces], self.network.skin_elements
         own = None if every is None else every[self.faces]
-        return SupportedTriangles(self.network.springs.ends, skin.astype(np.int64), own)
+        return SupportedTriangles(self.network.line_ends, skin.astype(np.int64), own)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return the cells drawn while the entities ``alive``, shape (entity,), exist."""
-        shown = alive[self.springs]
+        shown = alive[self.line_numbers]
         everything = slice(None) if shown.all() else shown  # which copies nothing
-        lines, springs = self.lines[everything], self.springs[everything]
+        lines, numbers = self.lines[everything], self.line_numbers[everything]
         faces = np.flatnonzero(self._skin.whole(alive))
         triangles, elements = self.triangles[faces], np.flatnonzero(alive[self.solids.entities])
         lonely = np.ones(len(self.nodes), dtype=bool)
@@ -315,19 +314,19 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         lonely[triangles] = False
         lonely[self.solids.some(elements).nodes] = False
         vertices = np.flatnonzero(lonely)[:, None]
-        return Cells(vertices, lines, triangles, springs, faces, elements)
+        return Cells(vertices, lines, triangles, numbers, faces, elements)
 
     def grid(self, cells: Cells) -> CellGrid:
         """Return the cells by which VTK shows others."""
-        places = np.searchsorted(self.springs, cells.springs)
-        springs, faces = self.are_lines[places], self.are_faces[cells.faces]
+        count = int(np.searchsorted(cells.line_numbers, self.network.spring_count))
+        faces = self.are_faces[cells.faces]
         return CellGrid.of(
             cells.vertices,
-            cells.lines[springs],
+            cells.lines[:count],
             cells.triangles[faces],
             self.solids.some(cells.elements),
             {
-                "spring": places[springs],
+                "spring": np.searchsorted(self.line_numbers, cells.line_numbers[:count]),
                 "triangle": cells.faces[faces],
                 "element": cells.elements,
             },
@@ -362,12 +361,12 @@ def mesh_of(
     """Return the part of a network in the frames of a recording; see ``RecordedMesh.of``."""
     with_skin = any(channel.at == "triangle" for channel in recording.fields)
     return RecordedMesh.of(
-        network, recording.nodes, recording.springs, solids, with_skin=with_skin
+        network, recording.nodes, recording.lines, solids, with_skin=with_skin
     )
 
 
 def everything(network: Network) -> RecordedMesh:
     """Return all that frames could show of a compiled network."""
     nodes = numbers_in(slice(0, network.body_nodes))
-    ends = network.springs.ends
+    ends = network.line_ends
     return RecordedMesh.of(network, nodes, np.flatnonzero((ends < len(nodes)).all(axis=1)))

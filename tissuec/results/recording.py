@@ -65,7 +65,8 @@ class Recording(Struct, frozen=True, eq=False):
 
     Attributes:
         nodes: Nodes whose frames are written, ascending network numbers; none: no trajectory.
-        springs: Springs that are written, ascending; both ends of each are among ``nodes``.
+        lines: Springs and edges of elements that are written, ascending; both ends of each are
+            among ``nodes``.
         single: Whether frames hold four-byte numbers instead of eight-byte ones.
         logs: Logged quantities.
         energies: Whether the table of energies is written.
@@ -76,7 +77,7 @@ class Recording(Struct, frozen=True, eq=False):
     """
 
     nodes: Indices
-    springs: Indices
+    lines: Indices
     single: bool
     logs: tuple[LogChannel, ...]
     energies: bool
@@ -196,10 +197,10 @@ def concerned(springs: Sequence[int], network: Network) -> tuple[int, str]:
         springs: Of the event. Where there are elements among them, all others are edges of
             these.
     """
-    elements = sum(spring >= network.spring_count for spring in springs)
+    elements = sum(spring >= network.line_count for spring in springs)
     if elements:
         return elements, "element"
-    of_elements = bool(springs) and all(map(network.is_edge, springs))
+    of_elements = bool(springs) and min(springs) >= network.spring_count
     return len(springs), "element edge" if of_elements else "spring"
 
 
@@ -244,7 +245,7 @@ def members(network: Network, groups: Sequence[NamedGroup], name: str, what: str
     parts = network.parts if of_springs else network.bodies
     for part in parts:
         if key_of(part.name) == key:
-            place = part.springs if of_springs else getattr(part, NODES)
+            place = part.lines if of_springs else getattr(part, NODES)
             found = numbers_in(place)
             return found
     known = {full_name(group): group for group in groups if group.what in (NODES, what)}
@@ -261,5 +262,5 @@ def full_name(group: NamedGroup) -> str:
 
 
 def _within(network: Network, nodes: Indices) -> Indices:
-    ends = network.springs.ends
+    ends = network.line_ends
     return np.flatnonzero(np.isin(ends, nodes).all(axis=1))

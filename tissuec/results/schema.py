@@ -66,7 +66,9 @@ RECORDING = GroupSpec(
     "which nodes, springs and further fields the frames contain",
     {
         "nodes": _integers("node", "network numbers of the nodes in the frames"),
-        "springs": _integers("spring", "network numbers of the springs in the frames"),
+        "lines": _integers(
+            "line", "network numbers of the springs and edges of elements in the frames"
+        ),
         "fields": _texts("field", "fields that frames contain, as JSON"),
     },
     packed="large",
@@ -107,7 +109,9 @@ SOLIDS = GroupSpec(
             "element", "VTK's number of the shape of each solid element", kind="u1"
         ),
         "nodes": _array("row", "nodes of each, one after another", kind="i4"),
-        "entities": _array("element", "number of each, behind those of springs", kind="i4"),
+        "entities": _array(
+            "element", "number of each, behind those of springs and edges", kind="i4"
+        ),
         "region": _array("element", "region of each among region_names, from 0", kind="i4"),
         "tissue": _array("element", "tissue of each among tissue_names, from 0", kind="i4"),
         "fibres": _array(
@@ -144,9 +148,13 @@ BODIES = GroupSpec(
             "body 3",
             "rows, columns, and 1 if the last column is joined to the first; 0 without a grid",
         ),
+        "edges": _integers(
+            "body 2",
+            f"first edge of elements {_ENDS} of each body; they follow springs in number",
+        ),
         "elements": _integers(
             "body 2",
-            f"first finite element {_ENDS} of each body; their numbers follow those of springs",
+            f"first finite element {_ENDS} of each body; their numbers follow those of edges",
         ),
         "thread": _integers(
             "body 5",
@@ -170,9 +178,16 @@ JOINTS = GroupSpec(
 )
 SKIN_ELEMENTS = GroupSpec(
     "/tissuec/network/skin_elements",
-    "the element of each triangle of the skin, as numbers that follow those of springs, or -1",
+    "the element of each triangle of the skin, as numbers that follow those of edges, or -1",
     {"": _integers("triangle", "element of each triangle of the skin")},
     when="scenes with elements that can break",
+)
+EDGES = GroupSpec(
+    "/tissuec/network/edges",
+    "edges of elements, body after body",
+    {"": _array("edge 2", "node pair of each edge", kind="i4")},
+    packed="large",
+    when="scenes with elements",
 )
 INELASTIC = GroupSpec(
     "/tissuec/network/inelastic",
@@ -481,7 +496,7 @@ PARTICLES = GroupSpec(
 GROUPS = (
     FRAMES, PARTS, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES, ERRORS,
     COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, SOLIDS, HIDDEN, LAWS,
-    BODIES, JOINTS, TOOLS, INELASTIC, SKIN_ELEMENTS, ORIGINS, ORIGINS_OF, SETS, REGIONS,
+    BODIES, JOINTS, TOOLS, EDGES, INELASTIC, SKIN_ELEMENTS, ORIGINS, ORIGINS_OF, SETS, REGIONS,
     CHECKPOINT, SUMS,
 )  # fmt: skip
 """All groups, in the order of the manual."""

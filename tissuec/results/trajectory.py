@@ -259,11 +259,8 @@ class Trajectory:
 
     def _drawn(self, at: Place, frame: int) -> Drawn:
         """Return where the numbers of springs, triangles or elements are in a frame."""
-        grid, silent = self.drawing(frame).grid, np.zeros(0, dtype=np.int64)
-        if at == "spring":  # edges of solid elements are no cells
-            there = np.searchsorted(self.springs, self.cells(frame).springs)
-            silent = there[~self.mesh.are_lines[there]]
-        return Drawn(len(grid), grid.rows[at], grid.items[at], silent)
+        grid = self.drawing(frame).grid
+        return Drawn(len(grid), grid.rows[at], grid.items[at])
 
     def _places(self, at: Place) -> int:
         """Return how many nodes, springs, elements or others are recorded."""
@@ -279,7 +276,7 @@ class Trajectory:
         with_skin = any(channel.at == "triangle" for channel in self.channels)
         solids = read_solids(self._file)
         return RecordedMesh.of(
-            self.network, self.nodes, self.springs, solids, with_skin=with_skin
+            self.network, self.nodes, self.lines, solids, with_skin=with_skin
         )
 
     @property
@@ -343,7 +340,12 @@ class Trajectory:
     @cached_property
     def springs(self) -> Indices:
         """Network numbers of the recorded springs, ascending, shape (spring,)."""
-        return access.array(self._file, RECORDING["springs"].path)
+        return self.lines[self.lines < self.network.spring_count]
+
+    @cached_property
+    def lines(self) -> Indices:
+        """Network numbers of the recorded springs and edges of elements, ascending, (line,)."""
+        return access.array(self._file, RECORDING["lines"].path)
 
     @property
     def node_ids(self) -> Indices:
@@ -357,10 +359,11 @@ class Trajectory:
 
     @cached_property
     def ends(self) -> Indices:
-        """Node pairs of the recorded springs, numbered as in the frames, shape (spring, 2)."""
-        return np.searchsorted(self.nodes, self.network.springs.ends[self.springs]).reshape(
-            -1, 2
-        )
+        """Node pairs of the recorded lines, numbered as in the frames, shape (line, 2).
+
+        Those of springs come first.
+        """
+        return np.searchsorted(self.nodes, self.network.line_ends[self.lines]).reshape(-1, 2)
 
     @cached_property
     def bodies(self) -> dict[str, BodyPart]:
@@ -392,16 +395,17 @@ class Trajectory:
     def springs_of(self, name: str) -> Indices:
         """Return the springs of a set, body or joint as rows of `ends`, shape (spring,).
 
-        Of nodes, those with both ends among them. Springs that resist bending are in no frame.
+        Of nodes, those with both ends among them. Bodies of elements have edges instead.
+        Springs that resist bending are in no frame.
 
         Raises:
             ValueError: There is none of that name, or the frames do not show all of it.
         """
         springs = members(self.network, self.groups, name, "springs")
         # Of springs between shown nodes, those that resist bending are left out of frames.
-        within = np.isin(self.network.springs.ends[springs], self.nodes).all(axis=1)
-        shown = springs[~within | np.isin(springs, self.springs)]
-        return self._rows(name, shown, self.springs, "springs")
+        within = np.isin(self.network.line_ends[springs], self.nodes).all(axis=1)
+        shown = springs[~within | np.isin(springs, self.lines)]
+        return self._rows(name, shown, self.lines, "springs")
 
     def _rows(self, name: str, wanted: Indices, shown: Indices, what: str) -> Indices:
         """Return where numbers stand among those that the frames show."""

@@ -166,7 +166,7 @@ def _breaks(outcome: Outcome, network: Network) -> tuple[Break, ...]:
 
     Edges that are lost with elements are left out.
     """
-    edges = np.flatnonzero(network.edges)
+    edges = range(network.spring_count, network.line_count)
     found: dict[float, list[int]] = {}
     for time, logged_event in outcome.logged_events:
         if logged_event.kind in ("rupture", "crush"):

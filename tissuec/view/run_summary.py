@@ -128,9 +128,9 @@ def _events(outcome: "Outcome", network: "Network", *, details: bool) -> Iterato
 
 def _springs(network: "Network", springs: Sequence[int]) -> str:
     """Return which springs something happened to, by the author's ids."""
-    if not springs or max(springs) >= network.spring_count:  # of elements, the cause says which
+    if not springs or max(springs) >= network.line_count:  # of elements, the cause says which
         return ""
-    ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
+    ids = ", ".join(str(network.number_of(spring)) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
     what = concerned(springs, network)[1]
     return f" of {what}{'s' if len(springs) > 1 else ''} {ids}{more}"

@@ -167,9 +167,9 @@ def in_words(mode: Mode) -> str:
 
 def _recording(network: Network, *, single: bool) -> Recording:
     """Return a recording with everything in frames and without logs."""
-    springs = np.flatnonzero(network.shown_springs)
+    lines = np.flatnonzero(network.shown_lines)
     nodes = np.arange(network.body_nodes)
-    return Recording(nodes=nodes, springs=springs, single=single, logs=(), energies=False)
+    return Recording(nodes=nodes, lines=lines, single=single, logs=(), energies=False)
 
 
 def _frames(

@@ -88,6 +88,11 @@ class Drawing(Struct, frozen=True, eq=False):
         return places if placement is None else placement.inverse().points(places)
 
     @property
+    def is_elements(self) -> bool:
+        """Return whether its springs are edges of finite elements."""
+        return self.element_part is not None
+
+    @property
     def bends(self) -> Mask:
         """Return which springs resist bending, shape (spring,)."""
         return np.arange(len(self.length)) >= self.own

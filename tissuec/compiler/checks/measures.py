@@ -149,7 +149,7 @@ def _is_supported(compiled: Compiled, subject: Subject) -> bool:
     actions = [event.action for event in plan.every_event]
     if any(isinstance(one, Press | Preserve | Inflate | Irrigate) for one in actions):
         return True
-    first, second = _chosen(compiled, subject)[network.springs.ends].T
+    first, second = _chosen(compiled, subject)[network.line_ends].T
     return bool((first != second).any())
 
 
@@ -189,22 +189,22 @@ def _divides(compiled: Compiled, subject: Subject) -> bool:
     if subject.nodes is None or not len(subject.nodes):
         return True
     network = compiled.network
-    ends = network.springs.ends[: network.body_springs]
-    piece = pieces(network.node_count, ends)
+    ends, own = network.line_ends, network.of_bodies
+    piece = pieces(network.node_count, ends, own)
     if (piece[subject.nodes] != piece[subject.nodes[0]]).any():
         return True
-    own = piece[ends[:, 0]] == piece[subject.nodes[0]]
+    own &= piece[ends[:, 0]] == piece[subject.nodes[0]]
     divided = breakable_entities(compiled)
     for event in compiled.plan.every_event:
         if isinstance(event.action, Cut):
             divided[event.action.group.indices] = True
-    return bool(divided[: network.body_springs][own].any())
+    return bool(divided[: network.line_count][own].any())
 
 
 def _stores_energy(compiled: Compiled, subject: Subject) -> bool:
     """Return whether a subject has springs that resist, or all nodes of an element."""
     network = compiled.network
-    if subject.nodes is None or not network.edges[subject.springs].all():
+    if subject.nodes is None or len(network.springs_among(subject.lines)):
         return True
     inside = _chosen(compiled, subject)
     fields = network.of_kind("elements", "membranes", "plates")
@@ -214,7 +214,8 @@ def _stores_energy(compiled: Compiled, subject: Subject) -> bool:
 def _yields(compiled: Compiled, subject: Subject) -> bool:
     """Return whether springs or elements of a subject can yield."""
     memory = compiled.network.springs.inelastic
-    if memory is not None and bool(np.isfinite(memory.limit[subject.springs]).any()):
+    springs = compiled.network.springs_among(subject.lines)
+    if memory is not None and bool(np.isfinite(memory.limit[springs]).any()):
         return True
     fields = [field for field in compiled.network.elements if field.yielding is not None]
     if subject.nodes is None:

@@ -269,10 +269,10 @@ def _stiffest(network: Network, omega: float) -> str:
     """
     springs = network.springs
     share = springs.sudden * (1.0 / network.mass[springs.ends]).sum(axis=1)
-    spring = int(share.argmax())
     solid = [part.name for part in network.bodies if part.is_made_of_elements]
-    if solid and omega**2 > MOST_AT_A_NODE * float(share[spring]):
+    if solid and omega**2 > MOST_AT_A_NODE * float(share.max(initial=0.0)):
         return f"the stiffest are the elements of {' and '.join(solid)}"
+    spring = int(share.argmax())
     part = network.owner(spring)
     mass = float(network.mass[springs.ends[spring]].min())
     return (
@@ -319,7 +319,7 @@ def _late_elements(compiled: Compiled) -> Iterator[Diagnostic]:
             if limits is None or not len(late):
                 continue
             place = network.provenance["breaking"][
-                int(field.walls[late[0]]) - network.spring_count
+                int(field.walls[late[0]]) - network.line_count
             ].span
             known = (one for tissue in tissues for one in tissue.given.values())
             given = next((one for one in known if one.span == place), None)
@@ -390,7 +390,7 @@ def _smaller_strain(given: AssignedQuantity) -> Hint:
 def _bodies(
     compiled: Compiled, *, with_joints: bool = False
 ) -> Iterator[tuple[BodyPart, NDArray[np.int32]]]:
-    """Yield each body with the node pairs of its springs, numbered within the body.
+    """Yield each body with the node pairs of its springs or edges, numbered within the body.
 
     Args:
         with_joints: Whether springs of joints between its nodes count as well.
@@ -398,7 +398,7 @@ def _bodies(
     network = compiled.network
     joined = network.joined_ends
     for body in network.bodies:
-        ends = network.springs.ends[body.springs]
+        ends = network.line_ends[body.lines]
         if with_joints:
             inside = (joined >= body.nodes.start) & (joined < body.nodes.stop)
             ends = np.concatenate([ends, joined[inside.all(axis=1)]])

@@ -15,7 +15,7 @@ from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.units import FORCE, STIFFNESS, TIME, show
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import AT_REST, pulls
-from tissuec.model.network import BodyPart, Network
+from tissuec.model.network import BodyPart, JointPart, Network
 from tissuec.script.plan import RELAXATION, ScheduledAction
 from tissuec.script.verbs import Shifting, follows
 from tissuec.script.verbs.push import Push
@@ -107,15 +107,15 @@ def _waits(events: Sequence[ScheduledAction]) -> bool:
 def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     """W413: a run of more than a minute, with the tissue that causes it."""
     network, simulation = compiled.network, compiled.plan.simulation
-    if simulation.integrator == RELAXATION or not network.spring_count:
+    if simulation.integrator == RELAXATION or not network.line_count:
         return
     # No frequency is above this bound, and most are not far below it.
     share = network.springs.sudden / network.mass[network.springs.ends].T
     stiffest = share.max(axis=0)
-    omega = np.sqrt(2.0 * MOST_AT_A_NODE * float(stiffest.max()))
+    omega = np.sqrt(2.0 * MOST_AT_A_NODE * float(stiffest.max(initial=0.0)))
     is_long = simulation.duration * omega * network.spring_count * SPRING >= LONG
     solid = [part for part in network.bodies if part.is_made_of_elements]
-    is_large = network.spring_count > (FEW_SPRINGS if simulation.is_static else MANY_SPRINGS)
+    is_large = network.line_count > (FEW_SPRINGS if simulation.is_static else MANY_SPRINGS)
     if not (is_large or (not simulation.is_static and (is_long or solid))):
         return
     from tissuec.compiler.prediction import predict  # where it may be long
@@ -126,15 +126,15 @@ def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     if balancing + np.nan_to_num(moving) > LONG and not moving > balancing:
         yield _expensive_equilibria(network, expected, is_static=simulation.is_static)
     elif solving > LONG:
+        if solid and expected.facts["omega"] > omega:
+            yield _too_many_steps_of(solid, solving)
+            return
         # Springs between held nodes do not count. Of those that differ by rounding alone, the
         # first, on every processor.
         held = state_at_start(compiled).held
         stiffest = np.where(held[network.springs.ends].all(axis=1), 0.0, stiffest)
         first = int((stiffest >= (1.0 - 1e-9) * stiffest.max()).argmax())
-        if solid and expected.facts["omega"] > omega:
-            yield _too_many_steps_of(solid, solving)
-        else:
-            yield _too_many_steps(network, first, solving)
+        yield _too_many_steps(network, first, solving)
     elif np.isnan(solving) and FEW_STEPS * expected.step_seconds > LONG:
         yield _expensive_steps(network, expected)
 
@@ -168,11 +168,12 @@ def _too_many_steps_of(solid: Sequence[BodyPart], seconds: float) -> Diagnostic:
 
 def _expensive_steps(network: Network, expected: "Prediction") -> Diagnostic:
     """Return a warning of a run whose steps solve the equations of a large body."""
-    largest = max(network.parts, key=lambda part: part.springs.stop - part.springs.start)
-    origin = network.provenance["stiffness"][largest.springs.start]
-    steps = f"{FEW_STEPS} steps take {_minutes(FEW_STEPS * expected.step_seconds)}"
+    largest = max(network.parts, key=_size)
     is_solid = isinstance(largest, BodyPart) and largest.is_made_of_elements
-    count = largest.springs.stop - largest.springs.start
+    known = network.provenance["stiffness"]
+    notes = () if is_solid else (Note("the stiffness", known[largest.springs.start].span),)
+    steps = f"{FEW_STEPS} steps take {_minutes(FEW_STEPS * expected.step_seconds)}"
+    count = _size(largest)
     size = f"{counted(count, 'edge')} of elements" if is_solid else counted(count, "spring")
     return Diagnostic(
         "W413",
@@ -181,15 +182,20 @@ def _expensive_steps(network: Network, expected: "Prediction") -> Diagnostic:
         f"{largest.name}; {steps}, and the tolerance decides how many there are",
         largest.span,
         "use larger cells there, or settle for equilibria",
-        (Note("the stiffness", origin.span),),
+        notes,
     )
+
+
+def _size(part: BodyPart | JointPart) -> int:
+    """Return how many springs or edges a body or joint has."""
+    return int(part.lines.stop - part.lines.start)
 
 
 def _expensive_equilibria(
     network: Network, expected: "Prediction", *, is_static: bool
 ) -> Diagnostic:
     """Return a warning of many or large equilibria."""
-    largest = max(network.parts, key=lambda part: part.springs.stop - part.springs.start)
+    largest = max(network.parts, key=_size)
     equilibria, steps, seconds, _ = expected.static
     number = counted(equilibria, "equilibrium")
     return Diagnostic(

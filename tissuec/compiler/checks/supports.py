@@ -81,12 +81,12 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
     loose: dict[int, Loose] = {}
     held: list[BodyPart] = []
     for body in network.bodies:
-        is_net = body.springs.start < body.springs.stop
+        is_net = body.lines.start < body.lines.stop
         if not is_net or network.velocity[body.nodes].any() or not until[body.nodes].all():
             held.append(body)
             continue
         if piece is None:  # most scenes do without
-            ends = np.concatenate([network.springs.ends, network.glued_ends])
+            ends = np.concatenate([network.line_ends, network.glued_ends])
             piece = pieces(network.node_count, ends)
             first = np.full(network.node_count, np.inf)
             np.minimum.at(first, piece, until)

@@ -136,7 +136,7 @@ def _gap(compiled: "Compiled", body: BodyPart, other: BodyPart) -> tuple[str, st
     network, thread = compiled.network, body.thread
     assert thread is not None
     corners = network.skin_of(other)
-    springs = network.springs.ends[other.springs]
+    springs = network.line_ends[other.lines]
     edge = _middle(_sides(network, corners) if len(corners) else _lengths(network, springs))
     if edge <= 2.0 * thread.radius:
         return None

@@ -20,8 +20,8 @@ from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.mechanics.state import State
-from tissuec.model.edges import edges_of
-from tissuec.model.network import Indices
+from tissuec.model.edges import edges_of, elements_at
+from tissuec.model.network import Indices, Origin
 from tissuec.scene.model import AssignedQuantity, Scene, Tissue
 from tissuec.scene.overrides.entries import SET
 from tissuec.scene.overrides.idle import idle_overrides, tissues_in_use
@@ -215,9 +215,9 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     groups, breakable = compiled.groups, breakable_entities(compiled)
     for name in _measured("ruptured", compiled.scene):
         if groups.is_known(name):
-            springs = groups.springs(name).indices
-            if not breakable[springs].any():
-                yield _unbreakable(compiled, name, springs)
+            lines = groups.springs(name).indices
+            if not breakable[lines].any():
+                yield _unbreakable(compiled, name, lines)
 
 
 @check
@@ -244,11 +244,14 @@ def limits_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
                 )
 
 
-def _unbreakable(compiled: Compiled, name: s.Name, springs: Indices) -> Diagnostic:
-    """Return the finding about the ruptures of springs that cannot rupture."""
-    provenance = compiled.network.provenance["strength"]
-    found = distinct(provenance.index[springs])
-    origins = [provenance.origins[int(index)] for index in found]
+def _unbreakable(compiled: Compiled, name: s.Name, lines: Indices) -> Diagnostic:
+    """Return the finding about the ruptures of springs or elements that cannot rupture."""
+    network, origins = compiled.network, list[Origin]()
+    elements = elements_at(network, lines) - network.line_count
+    for array, chosen in ("strength", network.springs_among(lines)), ("breaking", elements):
+        if len(chosen):
+            known = network.provenance[array]
+            origins += [known.origins[int(index)] for index in distinct(known.index[chosen])]
     message, hint = f"nothing in {name.text} can rupture, so this is always 0", ""
     forbidding = next((one for one in origins if one.how == NOT_ALLOWED), None)
     if forbidding is not None:
@@ -466,4 +469,4 @@ def _goes_by(cut: Cut, state: State, moved: float, time: float) -> bool:
 
 
 def _ends_of(cut: Cut, state: State) -> NDArray[np.integer]:
-    return distinct(state.springs.ends[cut.group.indices])
+    return distinct(state.network.line_ends[cut.group.indices])

@@ -185,7 +185,7 @@ def _edges(faces: Faces, network: Network) -> SupportedEdges:
     rings = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)
     every = network.skin_elements
     own = None if every is None else every[: len(triangles)]
-    return SupportedEdges.of(network.springs.ends, rings, own)
+    return SupportedEdges.of(network.line_ends, rings, own)
 
 
 def _pace(stiffness: Floats, network: Network) -> float:
@@ -366,7 +366,7 @@ def _joined(network: Network, law: EnvironmentEntries) -> Indices:
     """
     stitches = network.joined_ends.astype(np.int64)
     stitches = stitches[(_sizes(network)[stitches] > 0.0).any(axis=1)]
-    own = network.springs.ends[: network.body_springs if law.within_bodies else 0]
+    own = network.line_ends[network.of_bodies & law.within_bodies]
     low, high = np.sort(np.concatenate([own.astype(np.int64), stitches]), axis=1).T
     return distinct(low * network.node_count + high)
 
@@ -473,8 +473,8 @@ def _owners(network: Network) -> Indices:
 
 
 def _mean_length(network: Network) -> float:
-    """Return the mean length of the springs of bodies as drawn [m]; NaN without any."""
-    ends = network.position[network.springs.ends[: network.body_springs]]
+    """Return the mean length of the lines of bodies as drawn [m]; NaN without any."""
+    ends = network.position[network.line_ends[network.of_bodies]]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return float(lengths.mean()) if len(lengths) else float("nan")
 

@@ -372,7 +372,7 @@ def face_points(
         triangles=triangles,
         drawn=np.concatenate(areas),
         elements=None if network.skin_elements is None else network.skin_elements[every],
-        ends=network.springs.ends,
+        ends=network.line_ends,
     )
     return FacePoints(
         between=between,
@@ -600,7 +600,7 @@ def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
     """
     assert body.thread is not None
     pieces = bonds(body.thread)
-    ends = network.springs.ends[[spring for spring, _ in pieces]].astype(np.int64)
+    ends = network.line_ends[[spring for spring, _ in pieces]].astype(np.int64)
     length = norm(network.position[ends[:, 1]] - network.position[ends[:, 0]])
     _refuse_long(body.name, float(length.sum()), apart, body.span)
     count = np.maximum(np.ceil(length / apart), 1.0).astype(np.int64)

@@ -1,8 +1,7 @@
-"""Bodies made of finite elements: what their elements, nodes and springs are made of.
+"""Bodies made of finite elements: what their elements and nodes are made of.
 
 A tissue of Young's modulus E and Poisson's ratio ν has the shear modulus E/(2(1 + ν)) and the
-bulk modulus E/(3(1 - 2ν)). Springs along the edges of elements have no stiffness: where one of
-them is cut, its elements are gone.
+bulk modulus E/(3(1 - 2ν)). Where an edge of elements is cut, these are gone.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,7 +39,6 @@ from tissuec.meshes.generators.round_solids import ThickTube, along_and_around
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
 from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
-from tissuec.model.springs import NUMBERS
 from tissuec.scene.bodies.elements import note_of, refuse
 from tissuec.scene.bodies.fibres import AXIAL, SECOND_FIBRES, Direction, Helix
 from tissuec.scene.bodies.prestress import PRESTRESS, examples
@@ -66,7 +64,6 @@ POISSON = 0.25  # of tissues that give none
 #: Of tissues with a curve of stress that give none: 556 times as stiff against a change of
 #: volume as in tension at rest, so that curves that become steeper are followed, too.
 INCOMPRESSIBLE = 0.4997
-MADE_OF = "made of elements"  # the origin of numbers of their springs
 #: Quantities of springs that elements do not have.
 _OF_SPRINGS = (*CONSTANTS, LIMIT, VISCOSITY)
 
@@ -113,22 +110,9 @@ class ElementReader:
         for number in part_numbers(self.part):
             self._refuse_springs(self.parts.materials[number])
 
-    def read(self) -> dict[str, Explained]:
-        """Return the masses of nodes and the numbers of springs, by name."""
-        length = self.drawing.length
-        numbers = dict(zip(NUMBERS, (0.0, 0.0, length, np.inf, np.inf), strict=True))
-        known = Provenance(
-            np.broadcast_to(np.int32(0), length.shape), (Origin(self.made.span, MADE_OF),)
-        )
-        breaking = self.limits.known(self.drawing.part[self.drawing.mesh.ends[:, 0]])
-        springs = {
-            name: (
-                np.broadcast_to(value, length.shape),
-                breaking if name in ("strength", "crush") else known,
-            )
-            for name, value in numbers.items()
-        }
-        return {"mass": self._mass(self._turning), **springs}
+    def mass(self) -> Explained:
+        """Return the masses of nodes [kg], and where these come from."""
+        return self._mass(self._turning)
 
     def weights(self) -> Floats:
         """Return the weight of each node as a mass [kg], shape (node,)."""

@@ -10,7 +10,6 @@ from tissuec.compiler.contact.surface_friction import friction_of
 from tissuec.compiler.elements.bodies import ElementReader
 from tissuec.compiler.elements.membranes import MembraneReader
 from tissuec.compiler.materials.cutting_resistance import SpringResistance
-from tissuec.laws import LINEAR
 from tissuec.model.springs import Springs
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.verbs.cut_surface import Blade
@@ -24,30 +23,28 @@ def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]
     """
     of_kind = MembraneReader if drawing.body.is_wall else ElementReader
     body, reader = drawing.body, of_kind(drawing, findings, planes)
-    quantities, elements = reader.read(), reader.elements()
-    arrays = {name: values for name, (values, _) in quantities.items()}
-    velocity = initial_velocity(drawing, arrays["mass"])
-    check_sizes(body, arrays | {"velocity": velocity}, findings)
+    (mass, origins), elements = reader.mass(), reader.elements()
+    velocity = initial_velocity(drawing, mass)
+    check_sizes(body, {"mass": mass, "velocity": velocity}, findings)
     materials = [one.material for one in elements]
     moduli = [value for one in materials for value in (one.shear, one.bulk, one.viscosity)]
     refuse_sizes(body, {"modulus or viscosity": np.concatenate(moduli)}, findings)
-    law = np.broadcast_to(np.int32(0), drawing.length.shape)
     return BodyArrays(
         body,
         drawing.mesh,
-        arrays["mass"],
-        Springs.of(drawing.mesh.ends, arrays, law, (LINEAR,), drawing.columns.spring_ids),
+        mass,
+        Springs.none(),
         {},
-        {name: provenance for name, (_, provenance) in quantities.items()},
+        {"mass": origins},
         velocity,
         drawing.columns.node_ids,
         bending=0,
         thread=None,
         friction=friction_of(drawing),
-        resistance=SpringResistance.none(len(drawing.length)),
+        resistance=SpringResistance.none(0),
         elements=elements,
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
         breaking=reader.limits.known(reader.part),
-        weighing=None if body.is_wall else reader.weights() / arrays["mass"],
+        weighing=None if body.is_wall else reader.weights() / mass,
         element_region=drawing.element_part,
     )

@@ -130,7 +130,7 @@ class LimitReader:
         """Return the origins of limits: one for each part, and that of a second limit.
 
         Args:
-            part: Of each element or edge, shape (n,).
+            part: Of each element, shape (n,).
         """
         if not self.body.may_rupture:
             origins = (Origin(self.body.span, NOT_ALLOWED),)

@@ -81,13 +81,12 @@ class Targets:
             return self._region(name.key, names[1].key)
         if name.key in self.groups.bodies:
             body = self.groups.bodies[name.key]
-            return Target(body.drawing.body.name, body.nodes, body.springs, body)
+            return Target(body.drawing.body.name, body.nodes, self._springs(name), body)
         if self.groups.is_known(name):
-            springs = self.groups.springs(name)
             nodes = None
             if not self.groups.is_springs(name):
                 nodes = self.groups.nodes(name).indices
-            return Target(springs.name, nodes, springs.indices)
+            return Target(self.groups.springs(name).name, nodes, self._springs(name))
         region, _, body = name.key.partition(" of ")
         return self._region(region, body)
 
@@ -104,7 +103,12 @@ class Targets:
         placed, one = found[0]
         nodes = placed.nodes[placed.drawing.regions[region]]
         name = f"{one.name} of {placed.drawing.body.name}"
-        return Target(name, nodes, self.groups.springs_inside(nodes))
+        springs = self.groups.own_springs(self.groups.springs_inside(nodes))
+        return Target(name, nodes, springs)
+
+    def _springs(self, name: s.Name) -> Indices:
+        """Return the springs of a set, body or joint, shape (n,)."""
+        return self.groups.own_springs(self.groups.springs(name).indices)
 
     def unknown(self, names: Sequence[s.Name], *, with_tissues: bool) -> NoReturn:
         """Reject a name of nothing that could be adjusted."""
@@ -148,10 +152,12 @@ class Targets:
         for placed in self.groups.bodies.values():
             inside = _inside(placed, tissue)
             nodes.append(placed.nodes[inside])
-            springs.append(placed.springs[inside[placed.drawing.mesh.ends].any(axis=1)])
+            lines = placed.lines(self.groups.spring_count)
+            lines = lines[inside[placed.drawing.mesh.ends].any(axis=1)]
+            springs.append(self.groups.own_springs(lines))
         for key, joint in self.scene.joints.items():
             if joint.tissue is tissue and key in self.groups.joints:
-                springs.append(self.groups.joints[key].springs)
+                springs.append(self.groups.joints[key].lines(self.groups.spring_count))
         return np.concatenate(nodes), np.concatenate(springs)
 
 

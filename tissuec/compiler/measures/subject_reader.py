@@ -193,11 +193,9 @@ class SubjectReader:
             if "tool" not in NEEDS[need].kinds or need == "strained":
                 return True  # reported elsewhere, or known when it holds something
             return any(bool(one.drawing.mesh.elements) for one in bodies.values())
-        if need in ("springs", "strained"):
-            springs = self.groups.springs(name).indices
-            edges = [one.springs for one in bodies.values() if one.drawing.mesh.elements]
-            if not np.isin(springs, np.concatenate([springs[:0], *edges])).all():
-                return True
+        lines = self.groups.springs(name).indices
+        if need in ("springs", "strained") and len(self.groups.own_springs(lines)):
+            return True
         if need in ("springs", "strained", "whole elements"):
             is_whole = need != "springs" and not self.groups.is_springs(name)
             return is_whole and self.groups.has_whole_elements(self.groups.nodes(name).indices)

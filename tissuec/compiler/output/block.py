@@ -305,8 +305,8 @@ class OutputReader(BlockItems):
         self.logs.append(LogRequest(title, measure, subjects, every, item.span))
 
     def _without_idle(self, subject: Subject) -> Subject:
-        is_idle = np.isin(subject.springs, self.idle)
-        return replace(subject, springs=subject.springs[~is_idle])
+        is_idle = np.isin(subject.lines, self.idle)
+        return replace(subject, lines=subject.lines[~is_idle])
 
     def _recorded(self, key: str, item: Written) -> float:
         """Return the time between the values of a log [s]."""

@@ -86,7 +86,7 @@ def check_fields(
     shown[plan.output.frames] = True
     there: dict[Place, bool] = {
         "node": bool(shown.any()),
-        "spring": bool((shown[network.springs.ends].all(axis=1) & network.shown_springs).any()),
+        "spring": bool((shown[network.line_ends].all(axis=1) & network.bears).any()),
         "triangle": bool(shown[network.skin].all(axis=1).any()),
         "cell": bool(preserved_bodies(network, plan)),
         "element": any(map(partial(_is_shown_whole, shown), network.bodies)),
@@ -94,10 +94,9 @@ def check_fields(
     elements = np.zeros_like(shown)
     for field in network.elements:
         elements[field.nodes] = True
-    bears = shown[network.springs.ends].all(axis=1) & network.shown_springs & ~network.edges
     has = {
         "elements": bool((shown & elements).any()),
-        "springs": bool(bears.any()),
+        "springs": there["spring"],
         "faces": touched == "faces" or (touched == "elements" and bool(elements.any())),
     }
     for name, span in asked.items():

@@ -593,7 +593,7 @@ def _is_limp(network: Network, body: BodyPart) -> bool:
 
     if any(np.isin(one.nodes, skin).any() for one in network.of_kind("plates")):
         return False
-    return bool(wall_springs(skin, network.springs.ends[body.springs]).all())
+    return bool(wall_springs(skin, network.line_ends[body.lines]).all())
 
 
 def threads_beside(mode: Mode) -> int:

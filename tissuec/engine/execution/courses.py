@@ -165,7 +165,7 @@ class Courses:
 
 def _is_compared(log: LogRequest) -> bool:
     """Return whether a log is small enough, and what a companion can tell."""
-    columns = (len(one.springs) for one in log.subjects if log.measure.takes == "springs")
+    columns = (len(one.lines) for one in log.subjects if log.measure.takes == "springs")
     return max(columns, default=0) <= MOST_COLUMNS and not log.needs_ledger
 
 

@@ -197,7 +197,7 @@ class EventHandler:
             springs = springs[springs != knot.hold]
             self._log(slipped(name, knot))
         motion = state.position, state.velocity
-        is_element = springs >= self.network.spring_count
+        is_element = springs >= self.network.line_count
         broken, springs, elements = springs, springs[~is_element], springs[is_element]
         is_pressed = observables.tension(state, *motion, springs) < 0.0
         edges = state.break_entities(broken)
@@ -289,7 +289,7 @@ def broken_elements(
     if not len(elements):
         return
     known = network.provenance["breaking"]
-    part = known.index[elements - network.spring_count]
+    part = known.index[elements - network.line_count]
     for index in np.unique(part).tolist():
         of_part = elements[part == index]
         limit = np.array([_exceeded(network, position, one) for one in of_part.tolist()])

@@ -513,9 +513,9 @@ def wishes(network: Network, plan: Plan) -> Recording:
     is_of_cells = any(one.at == "cell" for one in fields)
     return Recording(
         nodes=output.frames,
-        springs=np.flatnonzero(
-            shown[network.springs.ends].all(axis=1) & network.shown_springs
-        ).astype("i4"),
+        lines=np.flatnonzero(shown[network.line_ends].all(axis=1) & network.shown_lines).astype(
+            "i4"
+        ),
         single=output.single,
         compress=output.compress,
         logs=logs,

@@ -55,7 +55,7 @@ class JetSurface(Struct, frozen=True, eq=False):
         # Less a little, so that rounding does not divide equal triangles differently.
         parts = np.clip(np.ceil(FINE * longest / width - 1e-9), 1, MOST).astype(np.int64)
         rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
-        edges = SupportedEdges.of(network.springs.ends, rings, network.skin_elements)
+        edges = SupportedEdges.of(network.line_ends, rings, network.skin_elements)
         struck = np.asarray(np.isin(corners, nodes).all(axis=1))
         blur = np.minimum(BLUR * width, THIN * _height(network, corners))
         whole = np.asarray(edges.holding(alive).all(axis=1))

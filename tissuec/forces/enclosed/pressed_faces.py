@@ -215,7 +215,7 @@ def faces_of(network: Network, rows: Indices) -> PressedFaces:
     planes = tuple(one for one in network.mirrored if planes_at(corners.ravel(), [one]).any())
     # Between parallel planes, no point closes the faces along all of them.
     own = () if are_parallel(planes) else planes
-    return PressedFaces(corners, rows, face.reshape(-1), found, network.springs.ends, own)
+    return PressedFaces(corners, rows, face.reshape(-1), found, network.line_ends, own)
 
 
 def _sides(network: Network, corners: Indices) -> Iterator[tuple[Indices, Indices]]:

@@ -69,7 +69,7 @@ class BodySkin(Struct, frozen=True, eq=False):
         elements = network.skin_elements_of(body)
         edges, along, down = (
             SupportedEdges.of(
-                network.springs.ends,
+                network.line_ends,
                 np.stack([here, np.roll(here, -1, axis=axis)], axis=-1),
                 elements if here is triangles else None,
             )

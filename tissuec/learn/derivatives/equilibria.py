@@ -172,7 +172,7 @@ def _stand(
         state.let_leak()
         remarks = _settle(state, chosen)
     reached = np.zeros_like(held)
-    reached[state.springs.ends[state.alive_springs]] = True
+    reached[state.network.line_ends[state.alive_lines]] = True
     for field in state.fields:
         reached |= field.touched(state.position)
     leg = leg_of(state, state.time, changes, order, remembers=False)

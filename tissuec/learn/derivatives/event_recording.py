@@ -148,7 +148,7 @@ def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
     size = len(state.network.array(action.array))
     old = changes.get(action.array, ArrayChange(np.ones(size), np.zeros(size)))
     factor, more = old.factor.copy(), old.more.copy()
-    chosen = action.group.indices
+    chosen = action.chosen(state.network)
     factor[chosen] *= action.number if action.is_factor else 0.0
     more[chosen] = more[chosen] * action.number if action.is_factor else action.number
     if action.array in ("mass", "stiffness", "damping", "rest"):

@@ -181,8 +181,8 @@ class LengthObservable:
         return [ObservableDerivative(by.ravel(), np.zeros_like(view.v), None)]
 
     def _reach(self, view: StateView) -> tuple[Indices, Floats]:
-        springs = self.subject.springs[view.leg.is_alive[self.subject.springs]]
-        ends = view.leg.network.springs.ends[springs].astype(np.int64)
+        lines = self.subject.lines[view.leg.is_alive[self.subject.lines]]
+        ends = view.leg.network.line_ends[lines].astype(np.int64)
         places = view.x.reshape(-1, 3)
         return ends, places[ends[:, 1]] - places[ends[:, 0]]
 

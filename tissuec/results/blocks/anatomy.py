@@ -51,7 +51,8 @@ class BodyMatter(Struct, frozen=True, eq=False):
     Attributes:
         volume: Drawn volume of the share of each node [m³], shape (node,); positive.
         dimension: 3 of a solid, 2 of a wall, 1 of bars and threads.
-        springs: Those that bear its stress, as numbers in the network, ascending.
+        lines: Springs that bear its stress, or edges of its elements, as numbers in the
+            network, ascending.
         pressure: Of cells that keep their volume; None without any.
         near: By what the nodes near a node count for its stress, shape (node, node); None where
             it counts alone.
@@ -60,7 +61,7 @@ class BodyMatter(Struct, frozen=True, eq=False):
 
     volume: Floats
     dimension: int
-    springs: Indices
+    lines: Indices
     pressure: CellPressure | None = None
     near: "csr_matrix | None" = None
     elements: "tuple[SolidElements | Membranes, ...]" = ()

@@ -58,20 +58,20 @@ class Facts:
             self.tissues = access.texts(trajectory.content, kept)
         self._around: dict[int, tuple[Indices, Surroundings]] = {}
 
-    def around(self, cloud: Cloud, springs: Indices) -> Surroundings:
-        """Return the springs around the nodes of a body as drawn.
+    def around(self, cloud: Cloud, lines: Indices) -> Surroundings:
+        """Return the lines around the nodes of a body as drawn.
 
         Args:
             cloud: Of the body.
-            springs: Those that are intact and bear its stress, shape (spring,).
+            lines: Springs that are intact and bear its stress, or edges, shape (line,).
         """
         assert cloud.matter is not None
         known = self._around.get(cloud.number)
-        if known is None or not np.array_equal(known[0], springs):
+        if known is None or not np.array_equal(known[0], lines):
             nodes = cloud.nodes[0]
-            ends = self.network.springs.ends[springs].astype(np.int64) - nodes[0]
+            ends = self.network.line_ends[lines].astype(np.int64) - nodes[0]
             drawn = self.network.position[nodes]
-            known = springs, Surroundings.of(drawn, ends, cloud.matter.dimension)
+            known = lines, Surroundings.of(drawn, ends, cloud.matter.dimension)
             self._around[cloud.number] = known
         return known[1]
 
@@ -83,11 +83,11 @@ class Moment:
         facts: What does not change.
         cloud: The cloud.
         nodes: Network numbers of its points, shape (point,).
-        springs: Network numbers of its springs that exist, ascending, shape (spring,).
+        lines: Network numbers of its springs and edges that exist, ascending, shape (line,).
         position: [m], shape (point, 3).
         velocity: [m/s], shape (point, 3); without rows of tools.
         recorded: Numbers of the fields of the result by name, in their units: of its points,
-            these springs or these triangles, shape (point, …) or alike; of fields of cells, at
+            its springs or these triangles, shape (point, …) or alike; of fields of cells, at
             its points. Also the labels of its solid elements.
         triangles: Its points that are corners of the skin, shape (triangle, 3).
         alive: Which entities of the network exist, shape (entity,).
@@ -96,11 +96,11 @@ class Moment:
     """
 
     def __init__(
-        self, facts: Facts, cloud: Cloud, nodes: Indices, springs: Indices, position: Floats,
+        self, facts: Facts, cloud: Cloud, nodes: Indices, lines: Indices, position: Floats,
         velocity: Floats, recorded: Mapping[str, Floats], whole: Floats,
         triangles: Indices = _NO_TRIANGLES, alive: NDArray[np.bool_] = _NONE,
     ):  # fmt: skip
-        self.facts, self.cloud, self.nodes, self.springs = facts, cloud, nodes, springs
+        self.facts, self.cloud, self.nodes, self.lines = facts, cloud, nodes, lines
         self.position, self.velocity, self.recorded = position, velocity, recorded
         self.triangles, self.whole, self.alive = triangles, whole, alive
 
@@ -109,23 +109,26 @@ class Moment:
         """Return the network before the run."""
         return self.facts.network
 
+    @property
+    def springs(self) -> Indices:
+        """Network numbers of its springs that exist, ascending, shape (spring,)."""
+        return self.network.springs_among(self.lines)
+
     @cached_property
     def ends(self) -> Indices:
-        """Points of these springs, shape (spring, 2)."""
-        return np.searchsorted(self.nodes, self.network.springs.ends[self.springs]).reshape(
-            -1, 2
-        )
+        """Points of its springs, shape (spring, 2)."""
+        return np.searchsorted(self.nodes, self.network.line_ends[self.springs]).reshape(-1, 2)
 
     @cached_property
     def _bearing(self) -> NDArray[np.bool_]:
-        """Which of these springs bear stress, shape (spring,)."""
+        """Which of its lines bear stress, shape (line,)."""
         assert self.cloud.matter is not None
-        return np.isin(self.springs, self.cloud.matter.springs)
+        return np.isin(self.lines, self.cloud.matter.lines)
 
     @cached_property
     def around(self) -> Surroundings:
-        """The springs around the nodes of a body with matter."""
-        return self.facts.around(self.cloud, self.springs[self._bearing])
+        """The lines around the nodes of a body with matter."""
+        return self.facts.around(self.cloud, self.lines[self._bearing])
 
     @cached_property
     def strain(self) -> tuple[Floats, Floats]:
@@ -197,8 +200,8 @@ class CloudMoments:
                 continue
             at, row = self._rows[nodes], np.full(len(trajectory.nodes), -1)
             row[at] = np.arange(len(at))
-            ends = cloud.springs.start, cloud.springs.stop
-            own = slice(*np.searchsorted(drawn.springs, ends))
+            ends = cloud.lines.start, cloud.lines.stop
+            own = slice(*np.searchsorted(drawn.line_numbers, ends))
             corners = row[mesh.triangles[grid.items["triangle"]]]
             seen = (corners >= 0).all(axis=1)
             place = {"node": at, "spring": own, "triangle": seen, "cell": at}
@@ -206,9 +209,9 @@ class CloudMoments:
             recorded = {one.name: every[place[one.at]] for one, every in numbers.items()}
             own_solids = drawing.mesh.solids.some(drawn.elements[place["element"]])
             recorded |= own_solids.labels
-            springs = drawn.springs[own].astype(np.int64)
+            lines = drawn.line_numbers[own].astype(np.int64)
             yield Moment(
-                self._facts, cloud, nodes, springs, position[at], velocity[at], recorded, whole,
+                self._facts, cloud, nodes, lines, position[at], velocity[at], recorded, whole,
                 corners[seen], drawing.alive,
             )  # fmt: skip
 
@@ -300,7 +303,7 @@ def _body(moment: Moment) -> Values:
 
 def _elongation(moment: Moment) -> Values:
     """Return how much longer springs are than drawn, as a part of that; 0 if drawn so short."""
-    ends = moment.network.springs.ends[moment.springs]
+    ends = moment.network.line_ends[moment.springs]
     drawn = norm(moment.network.position[ends[:, 1]] - moment.network.position[ends[:, 0]])
     here = norm(moment.position[moment.ends[:, 1]] - moment.position[moment.ends[:, 0]])
     return np.divide(here - drawn, drawn, where=drawn > 0.0, out=np.zeros_like(drawn))

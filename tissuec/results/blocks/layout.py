@@ -37,7 +37,7 @@ class Cloud(Struct, frozen=True, eq=False):
         nodes: Network numbers of the points while they are the same, shape (point,) each; of
             tools, from 0 on.
         of_frame: Which of ``nodes`` are shown in each frame, shape (frame,).
-        springs: Range of the springs that belong to it.
+        lines: Range of the springs or edges of elements that belong to it.
         matter: Where strain and stress are known.
         mesh: Of a tool.
     """
@@ -47,7 +47,7 @@ class Cloud(Struct, frozen=True, eq=False):
     number: int
     nodes: tuple[Indices, ...]
     of_frame: Indices
-    springs: slice = slice(0, 0)
+    lines: slice = slice(0, 0)
     matter: BodyMatter | None = None
     mesh: ToolMesh | None = None
 
@@ -157,8 +157,13 @@ def _parts(cloud: Cloud, mesh: RecordedMesh) -> Sequence[tuple[Draws, str]]:
     if cloud.kind != "body" or cloud.name in mesh.network.threads:
         return (("Lines", ""),)
     parts: list[tuple[Draws, str]] = [("Polygons", "skin"), ("Vertices", "nodes")]
-    is_solid = np.isin(mesh.nodes[mesh.solids.firsts], cloud.nodes[0]).any()
-    return [("Solids", "solid") if is_solid else ("Lines", "springs"), *parts]
+    if np.isin(mesh.nodes[mesh.solids.firsts], cloud.nodes[0]).any():
+        return [("Solids", "solid"), *parts]
+    return (
+        parts
+        if mesh.network.bodies[cloud.number].is_made_of_elements
+        else [("Lines", "springs"), *parts]
+    )
 
 
 class _Drawing:
@@ -210,7 +215,7 @@ class _Drawing:
         row = row[mesh.nodes]
         if self.draws == "Lines":
             every = mesh.springs[grid.items["spring"]]
-            within = self.cloud.springs.start, self.cloud.springs.stop
+            within = self.cloud.lines.start, self.cloud.lines.stop
             low, high = np.searchsorted(every, within).tolist()
             springs = every[low:high].astype(np.int64)
             own = np.arange(low, high) + grid.rows["spring"].start
@@ -245,11 +250,11 @@ def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:
             is_whole = high - low == body.nodes.stop - body.nodes.start
             own = matter.get(body.name) if is_whole else None
             nodes = (shown[low:high],)
-            yield Cloud(body.name, "body", number, nodes, always, body.springs, own)
+            yield Cloud(body.name, "body", number, nodes, always, body.lines, own)
     for joint in network.joints:
         springs = np.intersect1d(numbers_in(joint.springs), trajectory.springs)
         if len(springs):
-            nodes = (np.unique(network.springs.ends[springs]).astype(np.int64),)
+            nodes = (np.unique(network.line_ends[springs]).astype(np.int64),)
             yield Cloud(joint.name, "joint", -1, nodes, always, joint.springs)
     meshes = tool_meshes(trajectory, anatomy.tools if anatomy else {})
     for number, mesh in enumerate(meshes, start=len(network.bodies)):

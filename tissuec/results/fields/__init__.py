@@ -86,8 +86,7 @@ class FrameField:
         if cls.at == "node":
             return numbers[..., nodes], np.ones(len(nodes))
         if cls.at == "spring":
-            springs = snapshot.intact(subject)
-            springs = springs[~state.network.edges[springs]]
+            springs = snapshot.intact_springs(subject)
             return numbers[..., springs], np.ones(len(springs))
         inside = np.zeros(state.network.node_count, dtype=bool)
         inside[nodes] = True

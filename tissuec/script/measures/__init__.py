@@ -23,8 +23,8 @@ class Subject(Struct, frozen=True, eq=False):
     Attributes:
         name: As written, such as "forceps A".
         nodes: The nodes, shape (node,); None for a tool, which means what it holds then.
-        springs: The springs of the set of springs or body, shape (spring,); for a set of nodes
-            those with both ends in it.
+        lines: The springs, and edges of elements, of the set of springs or body, shape (line,);
+            for a set of nodes those with both ends in it.
         is_springs: True where the author named a set of springs.
         weights: Of a point of a body: the parts that its place has of the nodes of its element,
             which are ``nodes``, shape (node,).
@@ -34,7 +34,7 @@ class Subject(Struct, frozen=True, eq=False):
 
     name: str
     nodes: Indices | None
-    springs: Indices
+    lines: Indices
     is_springs: bool = False
     weights: Floats | None = None
     of_points: Floats | None = None

@@ -98,8 +98,8 @@ class Ruptured(ScalarMeasure):
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         subject, network = subjects[0], snapshot.state.network
-        springs = snapshot.springs(subject)
+        entities = snapshot.lines(subject)
         if not subject.is_springs and network.element_count:
-            edges = network.edges[springs]
-            springs = np.append(springs[~edges], snapshot.elements(subject))
-        return one_column(np.count_nonzero(snapshot.ruptured[springs]), snapshot)
+            springs = network.springs_among(entities)
+            entities = np.append(springs, snapshot.elements(subject))
+        return one_column(np.count_nonzero(snapshot.ruptured[entities]), snapshot)

@@ -43,7 +43,7 @@ class ElasticEnergy(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        springs = snapshot.intact(subjects[0])
+        springs = snapshot.intact_springs(subjects[0])
         energy = observables.elastic_energy(
             snapshot.state, snapshot.position, snapshot.velocity, springs
         )

@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.core import units
 from tissuec.forces.springs.springs import flat
 from tissuec.mechanics import observables
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Indices
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, one_column
 from tissuec.script.measures.points import at_point, at_points
@@ -29,8 +29,7 @@ class Length(ScalarMeasure):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        springs = snapshot.intact(subjects[0])
-        ends = snapshot.state.springs.ends[springs]
+        ends = snapshot.state.network.line_ends[snapshot.intact(subjects[0])]
         total = observables.lengths(ends, snapshot.position).sum(axis=-1)
         return one_column(total, snapshot)
 
@@ -55,8 +54,7 @@ class Strain(ScalarMeasure):
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         if subjects[0].of_points is not None:
             return one_column(at_point(snapshot, subjects[0], _largest_strain), snapshot)
-        springs, state = snapshot.intact(subjects[0]), snapshot.state
-        springs = springs[~state.network.edges[springs]]
+        springs, state = snapshot.intact_springs(subjects[0]), snapshot.state
         rest = observables.rest_lengths(state, snapshot.velocity, springs)
         ends = state.springs.ends[springs]
         stretched = np.abs(observables.elongation(ends, snapshot.position, rest))
@@ -71,6 +69,11 @@ class Strain(ScalarMeasure):
 
 def _largest_strain(elements: Any, position: Floats) -> Floats:
     return np.abs(elements.principal_stretches(position) - 1.0).max(axis=-1)
+
+
+def _springs(subject: Subject, snapshot: Snapshot) -> Indices:
+    """Return the springs of a subject, whether they are there or not, shape (spring,)."""
+    return snapshot.state.network.springs_among(subject.lines)
 
 
 @MEASURES.member("tension")
@@ -89,14 +92,15 @@ class Tension:
 
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
-        network, springs = snapshot.state.network, subjects[0].springs
+        network, springs = snapshot.state.network, _springs(subjects[0], snapshot)
         knots = [thread.hold for thread in network.threads.values() if not thread.closed]
         names = zip(springs, network.springs.ids[springs], strict=True)
         return tuple("knot" if one in knots else f"spring {number}" for one, number in names)
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        springs, state = subjects[0].springs, (snapshot.position, snapshot.velocity)
+        springs = _springs(subjects[0], snapshot)
+        state = snapshot.position, snapshot.velocity
         tension = observables.tension(snapshot.state, *state, springs)
         for name, thread in snapshot.state.network.threads.items():
             (knot,) = np.nonzero(springs == thread.hold)
@@ -133,7 +137,7 @@ class PlasticElongation:
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        springs = subjects[0].springs
+        springs = _springs(subjects[0], snapshot)
         memory = snapshot.state.springs.some(springs).inelastic
         if memory is None:
             return np.zeros((*snapshot.velocity.shape[:-2], len(springs)))

@@ -111,8 +111,8 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
     def pieces(self) -> NDArray[np.int32]:
         """Return which connected piece of its body each node belongs to, shape (node,)."""
         network = self.state.network
-        own = slice(network.body_springs)  # joints hold pieces together, and leave them pieces
-        ends, alive = network.springs.ends[own], self.state.alive[own]
+        own = network.of_bodies  # joints hold pieces together, and leave them pieces
+        ends, alive = network.line_ends[own], self.state.alive_lines[own]
         return topology.pieces(network.node_count, ends, alive)
 
     @cached_property
@@ -141,21 +141,25 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
             return np.einsum("a,...ak->...k", subject.weights, at_nodes[..., nodes, :])
         return at_nodes[..., nodes, :].mean(axis=-2)
 
-    def springs(self, subject: "Subject") -> Indices:
-        """Return the springs of a subject, shape (n,).
+    def lines(self, subject: "Subject") -> Indices:
+        """Return the springs and edges of elements of a subject, shape (n,).
 
-        Those of a tool are the springs between nodes that it holds now.
+        Those of a tool are between nodes that it holds now.
         """
         if subject.nodes is not None:
-            return subject.springs
+            return subject.lines
         inside = np.zeros(self.state.network.node_count, dtype=bool)
         inside[self.nodes(subject)] = True
-        return np.flatnonzero(inside[self.state.springs.ends].all(axis=1))
+        return np.flatnonzero(inside[self.state.network.line_ends].all(axis=1))
 
     def intact(self, subject: "Subject") -> Indices:
+        """Return those of its lines that are alive, shape (line,)."""
+        lines = self.lines(subject)
+        return lines[self.state.alive[lines]]
+
+    def intact_springs(self, subject: "Subject") -> Indices:
         """Return those of its springs that are alive, shape (spring,)."""
-        springs = self.springs(subject)
-        return springs[self.state.alive[springs]]
+        return self.state.network.springs_among(self.intact(subject))
 
     def elements(self, subject: "Subject") -> Indices:
         """Return the elements with all nodes in a subject, as entities, shape (n,).

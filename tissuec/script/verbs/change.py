@@ -69,28 +69,29 @@ class ChangeParameter(Struct, frozen=True):
     span: Span
 
     def flaw(self, network: Network) -> str:
-        springs = self.group.indices
-        if self.array == "mass" or not len(springs) or not network.edges[springs].all():
+        if self.array == "mass":
             return ""
         name = next(name for name, one in PARAMETERS.items() if one.array == self.array)
-        return (
-            f"{self.group.name} consists of elements; their edges have no {name}, so that "
-            "this changes nothing"
-        )
+        return _without_springs(self.group, network, name)
+
+    def chosen(self, network: Network) -> Indices:
+        """Return the nodes or springs that change, shape (n,)."""
+        every = self.group.indices
+        return every if self.array == "mass" else network.springs_among(every)
 
     def breakable(self, network: Network) -> Indices:
         """Return the springs that get a breaking or a crushing force, shape (n,)."""
         sets = self.array in ("strength", "crush") and not self.is_factor
-        return self.group.indices if sets else self.group.indices[:0]
+        return self.chosen(network) if sets else self.group.indices[:0]
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        chosen = self.group.indices
-        if self.array == "rest":
-            state.stop_reeling(chosen)
+        chosen = self.chosen(state.network)
         if self.array == "mass":
             state.mass = state.mass.copy()  # it may be the network's own
             state.mass[chosen] = _numbers(self, state.mass[chosen])
         else:
+            if self.array == "rest":
+                state.stop_reeling(chosen)
             values = _numbers(self, getattr(state.springs, self.array)[chosen])
             state.springs = state.springs.changed(self.array, chosen, values)
         return (_changed(self.span),)
@@ -106,7 +107,10 @@ class ChangeMemory(Struct, frozen=True):
     span: Span
 
     def flaw(self, network: Network) -> str:
-        inelastic, springs = network.springs.inelastic, self.group.indices
+        inelastic = network.springs.inelastic
+        if text := _without_springs(self.group, network, self.name):
+            return text
+        springs = network.springs_among(self.group.indices)
         having = 0 if inelastic is None else int(inelastic.has(self.name)[springs].sum())
         if having == len(springs):
             return ""
@@ -121,9 +125,25 @@ class ChangeMemory(Struct, frozen=True):
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         memory = state.springs.inelastic
         assert memory is not None  # see ``flaw``
-        inelastic = memory.changed(self.name, self.group.indices, partial(_numbers, self))
+        springs = state.network.springs_among(self.group.indices)
+        inelastic = memory.changed(self.name, springs, partial(_numbers, self))
         state.springs = replace(state.springs, inelastic=inelastic)
         return (_changed(self.span),)
+
+
+def _without_springs(group: Group, network: Network, name: str) -> str:
+    """Return that a group consists of edges of elements; "" if it does not.
+
+    Args:
+        name: Of what is to change.
+    """
+    lines = group.indices
+    if not len(lines) or len(network.springs_among(lines)):
+        return ""
+    return (
+        f"{group.name} consists of elements; their edges have no {name}, so that this changes "
+        "nothing"
+    )
 
 
 def _numbers(change: ChangeParameter | ChangeMemory, values: Floats) -> Floats | float:

@@ -178,20 +178,20 @@ class Cut(Struct, frozen=True):
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if self.profile is not None:
             return self._begin(self.profile, state, queue)
-        springs, _ = self.found(state)
-        if not len(springs):
+        lines, _ = self.found(state)
+        if not len(lines):
             text = f"{sentence(self.span)}: no spring to cut"
             return (LoggedEvent("note", (), text, self.span),)
-        return (sever(state, springs, self),)
+        return (sever(state, lines, self),)
 
     def _begin(
         self, profile: TimeProfile, state: State, queue: EventQueue
     ) -> tuple[LoggedEvent, ...]:
         (begun,), stop = schedule(queue, (profile,), state.time, self.duration)
-        springs, found = self.found(state)
+        lines, found = self.found(state)
         shares = np.unique(np.append(found, 1.0))
         if state.network.cutting is not None and self.blade is not None:
-            force = cut_surface(state, springs, self.blade).force(self.tool, self.blade, begun)
+            force = cut_surface(state, lines, self.blade).force(self.tool, self.blade, begun)
             state.closing = (*state.closing, force)
         for time in np.unique([when(begun, share, state.time, stop) for share in shares]):
             queue.add(float(time), BladeClosing(self, begun, stop))
@@ -199,17 +199,18 @@ class Cut(Struct, frozen=True):
         return (LoggedEvent("stroke", (), text, self.span),)
 
     def found(self, state: State) -> tuple[Indices, Floats]:
-        """Return the intact springs that the blade crosses, and where along its edge.
+        """Return the intact lines that the blade crosses, and where along its edge.
 
         Returns:
-            Indices of springs, and shares of the edge (0 to 1, dimensionless), shape (n,) each.
+            Numbers of springs and edges of elements, and shares of the edge of the blade (0 to
+            1, dimensionless), shape (n,) each.
         """
-        springs = self.group.indices[state.alive[self.group.indices]]
+        lines = self.group.indices[state.alive[self.group.indices]]
         if self.blade is None:
-            return springs, np.zeros(len(springs))
-        first, second = state.position[state.springs.ends[springs]].swapaxes(0, 1)
+            return lines, np.zeros(len(lines))
+        first, second = state.position[state.network.line_ends[lines]].swapaxes(0, 1)
         across, share = self.blade.crosses(first, second, state.network.extent)
-        return springs[across], share[across]
+        return lines[across], share[across]
 
 
 class BladeClosing(Struct, frozen=True, eq=False):
@@ -224,29 +225,29 @@ class BladeClosing(Struct, frozen=True, eq=False):
         return self.cut.span
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        springs, share = self.cut.found(state)
+        lines, share = self.cut.found(state)
         come = 1.0 if state.time >= self.stop else self.profile.at(state.time)[0]
-        reached = springs[share <= come + ON_PLANE]
+        reached = lines[share <= come + ON_PLANE]
         if state.time >= self.stop:
             state.closing = tuple(one for one in state.closing if one.profile.stop > self.stop)
         return (sever(state, reached, self.cut),) if len(reached) else ()
 
 
-def sever(state: State, springs: Indices, cut: Cut) -> LoggedEvent:
-    """Remove springs for good and return the event, with its area and energy if it takes any.
+def sever(state: State, lines: Indices, cut: Cut) -> LoggedEvent:
+    """Remove lines for good and return the event, with its area and energy if it takes any.
 
     Args:
         state: Changed in place.
-        springs: Indices, shape (n,).
+        lines: Springs and edges of elements, shape (n,).
     """
     text = sentence(cut.span)
     if state.network.cutting is not None:
-        surface = cut_surface(state, springs, cut.blade)
+        surface = cut_surface(state, lines, cut.blade)
         if surface.energy > 0.0:
             area, energy = show_in(surface.area, "mm^2"), show(surface.energy, ENERGY)
             text = f"{text} ({area}, {energy})"
-    state.lose(springs)
-    return LoggedEvent("cut", tuple(springs.tolist()), text, cut.span)
+    state.lose(lines)
+    return LoggedEvent("cut", tuple(lines.tolist()), text, cut.span)
 
 
 def when(profile: TimeProfile, share: float, start: float, stop: float) -> float:

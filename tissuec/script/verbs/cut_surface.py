@@ -194,16 +194,16 @@ class CutSurface(Struct, frozen=True, eq=False):
         return ClosingForce.of(tool, blade.spans[0], profile, self.shares, self.rates)
 
 
-def cut_surface(state: State, springs: Indices, blade: Blade | None) -> CutSurface:
-    """Return the surface that is made when springs are cut.
+def cut_surface(state: State, lines: Indices, blade: Blade | None) -> CutSurface:
+    """Return the surface that is made when lines are cut.
 
     Args:
         state: Before the cut.
-        springs: That a blade crosses, shape (n,).
-        blade: None where springs are removed without one.
+        lines: Springs and edges of elements that a blade crosses, shape (n,).
+        blade: None where they are removed without one.
     """
-    parts = [_of_springs(state, springs, blade)]
-    alive = without(state.network, state.alive, springs)
+    parts = [_of_springs(state, state.network.springs_among(lines), blade)]
+    alive = without(state.network, state.alive, lines)
     resistance = state.network.cutting
     assert resistance is not None
     for name, block in state.blocks.items():

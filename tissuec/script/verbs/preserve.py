@@ -283,7 +283,7 @@ class Inflate(VerbSentence, frozen=True):
             message = f"{name} cannot be inflated: no intact cavity of it is filled now"
             return ActionFailed(message, None, self.span)
         torn = whole.lost_walls(state.alive)
-        torn = torn[torn < state.network.spring_count]
+        torn = torn[torn < state.network.line_count]
         if len(whole.lost_items(state.alive)) < whole.item_count:
             return ActionFailed(message, None, self.span)
         what = "its surface is" if whole.item_count == 1 else "all its cells are"

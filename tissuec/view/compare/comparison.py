@@ -152,7 +152,7 @@ def _leftovers(
 ) -> tuple[Leftover, ...]:
     """Return the items of one side only, part by part."""
     found: list[Leftover] = []
-    for side, which, alone, springs_alone in (
+    for side, which, alone, own in (
         (a, "a", nodes.only_a, springs.only_a),
         (b, "b", nodes.only_b, springs.only_b),
     ):
@@ -160,7 +160,6 @@ def _leftovers(
         body, part = places.body_of_nodes, places.part_of_springs
         found += _by_part(which, "node", alone, body, places.bodies, network.node_ids)
         names = [part.name for part in network.parts]
-        own = springs_alone[springs_alone < network.spring_count]
         found += _by_part(which, "spring", own, part, names, network.springs.ids)
     found += [Leftover(side, name, FORCE, 1, 1, ()) for side, name in forces_alone(a, b)]
     return tuple(found)

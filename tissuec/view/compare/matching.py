@@ -88,7 +88,7 @@ def match_springs(a: Side, b: Side, nodes: MatchedIndices) -> MatchedIndices:
 
 
 def match_entities(a: Side, b: Side, springs: MatchedIndices) -> MatchedIndices:
-    """Return matched springs and, by their numbers in bodies of the same names, elements.
+    """Return matched springs and, by their numbers in bodies, edges and elements.
 
     Args:
         springs: As ``match_springs`` returns them.
@@ -97,8 +97,12 @@ def match_entities(a: Side, b: Side, springs: MatchedIndices) -> MatchedIndices:
     pairs = [(springs.a, springs.b)]
     for one in a.network.bodies:
         other = bodies.get(key_of(one.name))
-        if other is not None and one.element_count == other.element_count:
-            pairs.append((numbers_in(one.elements), numbers_in(other.elements)))
+        if other is None or one.element_count != other.element_count:
+            continue
+        for own, others in (one.edges, other.edges), (one.elements, other.elements):
+            numbers = numbers_in(own), numbers_in(others)
+            if len(numbers[0]) == len(numbers[1]):
+                pairs.append(numbers)
     counts = a.network.entity_count, b.network.entity_count
     return MatchedIndices.of(*_joined(pairs), *counts)
 
@@ -220,9 +224,9 @@ class SideParts:
         return f"{self.network.node_ids[number]} of {name}"
 
     def spring(self, number: int) -> str:
-        """Return the name of a spring or an element: "14 of oviduct"."""
+        """Return the name of a spring, an edge or an element: "14 of oviduct"."""
         return f"{self.network.number_of(number)} of {self.network.owner(number).name}"
 
     def broken(self, number: int) -> str:
         """Return the kind of item that a number of springs refers to: "spring" or "element"."""
-        return "spring" if number < self.network.spring_count else "element"
+        return "spring" if number < self.network.line_count else "element"

@@ -296,7 +296,7 @@ def _entries(side: Side, pair: Indices, *, odd: bool) -> list[EventEntry]:
     """
     found: list[EventEntry] = []
     for event in side.events:
-        elements = [one for one in event.springs if one >= side.network.spring_count]
+        elements = [one for one in event.springs if one >= side.network.line_count]
         concerned = elements or event.springs
         numbered = zip(pair[list(concerned)].tolist(), concerned, strict=True)
         springs = tuple(n if n >= 0 else -2 * s - 2 + odd for n, s in numbered)

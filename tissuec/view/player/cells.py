@@ -124,7 +124,7 @@ def _others(network: Network, body: BodyPart) -> Indices:
     """Return keys of the springs of a body that do not lie along its skin, shape (spring,)."""
     size = network.node_count
     along = Edges.among(network.skin_of(body)).ends @ [size, 1]
-    springs = np.sort(network.springs.ends[body.springs].astype(np.int64), axis=1) @ [size, 1]
+    springs = np.sort(network.line_ends[body.lines].astype(np.int64), axis=1) @ [size, 1]
     return springs[~np.isin(springs, along)]
 
 
@@ -136,8 +136,7 @@ def _filling(network: Network, body: BodyPart) -> Indices:
     # Springs that resist the bending of a shell pass through its inside, but fill it not.
     if len(cells) and not _has_nodes_inside(network, body):
         ends = (
-            np.sort(network.springs.ends[body.springs].astype(np.int64), axis=1)
-            - body.nodes.start
+            np.sort(network.line_ends[body.lines].astype(np.int64), axis=1) - body.nodes.start
         )
         content = volumes(position, cells)
         joined = _are_joined(cells, ends, len(position))

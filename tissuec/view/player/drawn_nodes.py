@@ -154,19 +154,19 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _springs(self) -> dict[str, BodyMatter]:
-        """Return the springs of all bodies that have some, by name."""
+        """Return the lines of all bodies that have some, by name."""
         network = self.trajectory.network
         return {
             body.name: _springs_of(network, body)
             for body in network.bodies
-            if body.springs.stop - body.bending > body.springs.start
+            if body.lines.stop - body.bending > body.lines.start
         }
 
     def _surroundings(self, cloud: Cloud) -> Iterator[tuple[slice, Surroundings]]:
         """Yield rows between which no spring of a body comes or goes, and those in each."""
         assert cloud.matter is not None
         lines, drawn = self.film.lines, self.trajectory.network.position[cloud.nodes[0]]
-        own = np.isin(lines.spring, cloud.matter.springs)
+        own = np.isin(lines.number, cloud.matter.lines)
         ends = np.searchsorted(cloud.nodes[0], self.film.numbers[lines.ends[own]])
         life, rows, most = lines.life[own], len(self.film.times), _TOGETHER // len(drawn)
         first, last = 0, is_there(life, 0)
@@ -187,20 +187,20 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
         """Yield a body with matter in each row."""
         film, network = self.film, self.trajectory.network
         facts, none = Facts(self.trajectory, None, [cloud]), np.zeros((0, 3))
-        nodes, part = cloud.nodes[0], cloud.springs
+        nodes, part = cloud.nodes[0], cloud.lines
         assert cloud.matter is not None
         whole_net = network.with_blocks(*(one.block for one in cloud.matter.elements))
         every = np.ones(network.entity_count, dtype=bool)
         for row in range(len(film.times)):
             there = film.alive(row)
-            springs, tension = film.lines.spring[there], film.lines.tension[row, there]
-            own = slice(*np.searchsorted(springs, (part.start, part.stop)))
+            lines, tension = film.lines.number[there], film.lines.tension[row, there]
+            own = slice(*np.searchsorted(lines, (part.start, part.stop)))
             whole = np.zeros((network.body_nodes, 3))
             whole[film.numbers] = film.position[row, : film.node_count]
             recorded = {"tension": tension[own].astype(float)}
-            gone = np.setdiff1d(numbers_in(part), springs)
+            gone = np.setdiff1d(numbers_in(part), lines)
             moment = Moment(
-                facts, cloud, nodes, springs[own], whole[nodes], none, recorded, whole,
+                facts, cloud, nodes, lines[own], whole[nodes], none, recorded, whole,
                 alive=without(whole_net, every, gone),
             )  # fmt: skip
             yield row, moment
@@ -214,22 +214,22 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
                 matter = self.matter.get(body.name, own)
                 yield Cloud(
                     body.name, "body", number, (numbers[low:high],), np.zeros(0, dtype=int),
-                    body.springs, matter,
+                    body.lines, matter,
                 )  # fmt: skip
 
 
 def _springs_of(network: Network, body: BodyPart) -> BodyMatter:
-    """Return the springs of a body whose matter is unknown, and its dimension."""
-    springs: Indices = np.arange(int(body.springs.start), int(body.springs.stop) - body.bending)
+    """Return the lines of a body whose matter is unknown, and its dimension."""
+    lines: Indices = np.arange(int(body.lines.start), int(body.lines.stop) - body.bending)
     skin, dimension = network.skin_of(body), 3
     if body.thread is not None:
         dimension = 1
     elif len(skin):
-        within = wall_springs(skin, network.springs.ends[springs])
+        within = wall_springs(skin, network.line_ends[lines])
         if within.all() or borders(skin):
-            springs, dimension = springs[within], 2
+            lines, dimension = lines[within], 2
     volume = np.ones(body.nodes.stop - body.nodes.start)
-    return BodyMatter(volume, dimension, springs)
+    return BodyMatter(volume, dimension, lines)
 
 
 def _largest(around: Surroundings, six: Floats) -> Floats:

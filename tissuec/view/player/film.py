@@ -36,8 +36,8 @@ class Lines(Struct, frozen=True, eq=False):
         stitch: Whether it is of a joint, shape (line,): these cross gaps between skins, so they
             are drawn like threads while springs are hidden.
         bears: Whether it can bear a force, shape (line,); edges of elements do not.
-        spring: Network number of the spring, or of one of those that the line represents,
-            ascending, shape (line,).
+        number: Network number of the spring or edge, or of one of those that the line
+            represents, ascending, shape (line,).
     """
 
     ends: Indices
@@ -48,7 +48,7 @@ class Lines(Struct, frozen=True, eq=False):
     radius: Floats
     stitch: NDArray[np.bool_]
     bears: NDArray[np.bool_]
-    spring: Indices
+    number: Indices
 
 
 class SkinPiece(Struct, frozen=True, eq=False):

@@ -181,7 +181,7 @@ def _connected(trajectory: Trajectory, nodes: Indices) -> list[Indices]:
     network = trajectory.network
     place = np.full(network.node_count, -1)
     place[nodes] = np.arange(len(nodes))
-    ends = place[network.springs.ends]
+    ends = place[network.line_ends]
     inner = ends[(ends >= 0).all(axis=1)]
     labels = np.asarray(topology.pieces(len(nodes), inner.astype(np.int32)))
     return [nodes[labels == label] for label in np.unique(labels)]

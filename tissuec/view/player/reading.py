@@ -157,17 +157,17 @@ class DrawnLives(NamedTuple):
 
 def _topologies(moments: Moments, timeline: Timeline) -> DrawnLives:
     trajectory = moments.trajectory
-    nodes, count = len(trajectory.nodes), len(trajectory.springs)
+    nodes, count = len(trajectory.nodes), len(trajectory.lines)
     register = Register(nodes, 3)
     masks: list[tuple[float, Mask, Indices, Mask]] = []
     for frame, cells in moments.topologies():
-        alive = _mask(np.searchsorted(trajectory.springs, cells.springs), count)
+        alive = _mask(np.searchsorted(trajectory.lines, cells.line_numbers), count)
         faces = register.numbers(cells.triangles)
         masks.append((frame, alive, faces, _mask(cells.vertices[:, 0], nodes)))
     faces = len(register.rows)
     springs = timeline.sharpened(
         lives(((frame, alive) for frame, alive, _, _ in masks), count),
-        trajectory.springs,
+        trajectory.lines,
         trajectory.events,
     )
     found = lives(((frame, _mask(there, faces)) for frame, _, there, _ in masks), faces)
@@ -231,13 +231,13 @@ def _lines(
     tension: NDArray[np.float32],
 ) -> Lines:
     found = strand.lives(springs)
-    network, first = trajectory.network, trajectory.springs[strand.first]
-    radius = np.zeros(network.spring_count)
+    network, first = trajectory.network, trajectory.lines[strand.first]
+    radius = np.zeros(network.line_count)
     for thread in network.threads.values():
         radius[[*range(network.spring_count)[thread.pieces], thread.hold, thread.slip]] = (
             thread.radius
         )
-    stitch = np.zeros(network.spring_count, dtype=bool)
+    stitch = np.zeros(network.line_count, dtype=bool)
     for joint in network.joints:
         stitch[joint.springs] = True
     stitch &= radius == 0.0
@@ -248,18 +248,19 @@ def _lines(
         life=found.life,
         tension=tension[:, found.of] if len(found.of) != len(strand.ends) else tension,
         rest=rest[found.of],
-        law=network.springs.law[first][found.of].astype(np.int64),
+        law=np.append(network.springs.law, 0 * network.edges[:, 0])[first][found.of],
         radius=radius[first][found.of],
         stitch=stitch[first][found.of],
         bears=network.bears[first][found.of],
-        spring=first[found.of],
+        number=first[found.of],
     )
 
 
 def _rest(trajectory: Trajectory, thin: Thinning, strand: SpringLines) -> Floats:
     """Return rest lengths [m] that give lines the mean stretch of their springs as drawn."""
     network = trajectory.network
-    rest = network.springs.rest[trajectory.springs]
+    of_edges = _lengths(network.position, network.edges)
+    rest = np.append(network.springs.rest, of_edges)[trajectory.lines]
     if thin.is_whole:
         return rest
     drawn = network.position[trajectory.nodes]

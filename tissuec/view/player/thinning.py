@@ -88,7 +88,7 @@ def _middles(position: Floats, clusters: Indices) -> Indices:
 
 def _groups(trajectory: Trajectory) -> Indices:
     """Return numbers that differ for nodes of different bodies or pieces, shape (node,)."""
-    ends = trajectory.ends[np.searchsorted(trajectory.springs, trajectory.cells(-1).springs)]
+    ends = trajectory.ends[np.searchsorted(trajectory.lines, trajectory.cells(-1).line_numbers)]
     count = len(trajectory.nodes)
     labels = np.asarray(topology.pieces(count, ends.astype(np.int32)))
     bodies = np.zeros(count, dtype=np.int64)

@@ -49,9 +49,7 @@ class FrameNumbers(Struct, frozen=True, eq=False):
     @classmethod
     def of_tension(cls, trajectory: "Trajectory", frames: Sequence[int]) -> Self:
         """Return the tensions of springs; edges of elements have none."""
-        bears = trajectory.network.bears[trajectory.springs]
-        every = (trajectory.spring_force(frame) for frame in frames)
-        norm = net.tension_norm([tension[bears[rows]] for tension, rows in every])
+        norm = net.tension_norm([trajectory.spring_force(frame)[0] for frame in frames])
         label = "tension of the springs"
         return cls(trajectory, "tension", label, "N", TENSION, norm, {})
 
@@ -83,15 +81,17 @@ class FrameNumbers(Struct, frozen=True, eq=False):
         text, unit = values.field.text, values.field.unit
         return cls(trajectory, name, text, unit, shades, norm, at_nodes)
 
-    def of_springs(self, frame: int) -> Floats:
-        """Return the numbers of the springs in a frame, in the unit, shape (alive,)."""
+    def of_lines(self, frame: int) -> Floats:
+        """Return the numbers of the lines in a frame, in the unit, shape (alive,)."""
+        lines = self.trajectory.cells(frame).lines
         if self._is_of("spring"):
-            numbers, rows = self.trajectory.shown(self.name, frame)
-            bears = self.trajectory.network.bears[self.trajectory.springs[rows]]
-            known = bears | (self.name != "tension")
-            return np.where(known, np.asarray(numbers, dtype=float), np.nan)
-        rows = self.trajectory.spring_force(frame)[1]
-        return self.at_nodes[frame][self.trajectory.ends[rows]].mean(axis=1)
+            numbers, found = (
+                self.trajectory.shown(self.name, frame)[0],
+                np.full(len(lines), np.nan),
+            )
+            found[: len(numbers)] = numbers  # edges of elements, which have none, come last
+            return found
+        return self.at_nodes[frame][lines].mean(axis=1)
 
     def of_triangles(self, frame: int) -> Floats:
         """Return the numbers of the triangles in a frame, in the unit, shape (triangle,)."""

@@ -323,12 +323,9 @@ class Shown(Struct, frozen=True, eq=False):
         self, numbers: FrameNumbers, moment: ChosenFrame, points: Floats
     ) -> tuple[Floats, Indices]:
         """Return the numbers of the springs that are drawn, and their rows."""
-        every, rows = (
-            numbers.of_springs(moment.frame),
-            self.trajectory.spring_force(moment.frame)[1],
-        )
-        triangles = self.trajectory.cells(moment.frame).triangles
-        ends = self.trajectory.ends[rows]
+        cells, every = self.trajectory.cells(moment.frame), numbers.of_lines(moment.frame)
+        rows = np.searchsorted(self.trajectory.lines, cells.line_numbers)
+        ends, triangles = cells.lines, cells.triangles
         seen = seen_springs(ends, self.solid, points, triangles, self.view)
         return every[seen], rows[seen]
 
@@ -348,7 +345,7 @@ class Shown(Struct, frozen=True, eq=False):
         else:
             assert self.numbers is not None
             numbers, rows = self._springs(self.numbers, moment, points)
-            wide = net.thread_springs(run.network)[run.springs[rows]]
+            wide = net.thread_springs(run.network)[run.lines[rows]]
             net.draw_springs(
                 axes, place[run.ends[rows]], view, colours=self.numbers.colours(numbers),
                 width=np.where(wide, 2.4, _line_width(len(rows))),

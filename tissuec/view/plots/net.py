@@ -196,12 +196,12 @@ def _lines(points: Floats) -> tuple[Floats, Any]:
 
 
 def thread_springs(network: Network) -> NDArray[np.bool_]:
-    """Return which springs belong to chains: threads and slings, shape (spring,)."""
-    chains = np.zeros(network.spring_count, dtype=bool)
+    """Return which lines belong to chains: threads and slings, shape (line,)."""
+    chains = np.zeros(network.line_count, dtype=bool)
     for body in network.bodies:
-        ends = network.springs.ends[body.springs] - body.nodes.start
+        ends = network.line_ends[body.lines] - body.nodes.start
         count = body.nodes.stop - body.nodes.start
         pairs = np.unique(np.sort(ends, axis=1), axis=0)
         degree = np.bincount(pairs.ravel(), minlength=count)
-        chains[body.springs] = count > 3 and len(pairs) >= count - 1 and degree.max() <= 2
+        chains[body.lines] = count > 3 and len(pairs) >= count - 1 and degree.max() <= 2
     return chains

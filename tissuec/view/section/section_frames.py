@@ -113,8 +113,10 @@ def _moments(
 ) -> tuple[list[SectionMoment], tuple[str, ...]]:
     """Return the sections, and the names of the bodies that are filled."""
     names, tissue = node_tissues(trajectory)
-    whole = np.ones(len(trajectory.springs), dtype=bool)
-    alive = [np.isin(trajectory.springs, trajectory.cells(frame).springs) for frame in titles]
+    whole = np.ones(len(trajectory.lines), dtype=bool)
+    alive = [
+        np.isin(trajectory.lines, trajectory.cells(frame).line_numbers) for frame in titles
+    ]
     changes = [(0.0, whole), *((1.0 + number, one) for number, one in enumerate(alive))]
     cells = read_cells(trajectory, changes, np.zeros(0), most=None)
     solid = np.zeros(len(trajectory.nodes), dtype=bool)

@@ -160,7 +160,7 @@ class _Faces(_Oriented):
         height = float((area / longest)[is_fit].min(initial=np.inf))
         super().__init__(network, body, corners, height)
         elements = network.skin_elements_of(body)
-        self._skin = SupportedTriangles(network.springs.ends, corners, elements)
+        self._skin = SupportedTriangles(network.line_ends, corners, elements)
 
     def _are_whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
         return self._skin.whole(alive)

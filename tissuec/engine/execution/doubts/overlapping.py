@@ -46,7 +46,7 @@ class WatchedSkin:
         self.body, self.surface = body, SweptSurface.of(skin)
         self.edge = typical(norm(np.diff(network.position[self.surface.edges.ends], axis=1)))
         self._supported = SupportedTriangles(
-            network.springs.ends, skin, network.skin_elements_of(body)
+            network.line_ends, skin, network.skin_elements_of(body)
         )
         self._alive: NDArray[np.bool_] | None = None
         self._whole = np.ones(len(skin), dtype=bool)
