@@ -130,7 +130,7 @@ def read_network(file: ResultGroup, source: Source) -> Network:
         provenance={},
         memories=(MemoryPart("", hidden),) if hidden.start < hidden.stop else (),
         skin_elements=access.array(file, skin) if skin in file else None,
-        **({"edges": access.array(file, edges)} if edges in file else {}),
+        edges=access.array(file, edges) if edges in file else np.zeros((0, 2), dtype=np.int32),
     )
 
 

@@ -533,9 +533,8 @@ def _stiffness_of_springs(
     """Return the mean over the nodes of what their springs and elements resist with [N/m]."""
     own = slice(network.body_springs)  # and not those of joints, which may be few and stiff
     steep = network.springs.behaviour.steepness(np.zeros(network.spring_count))[own]
-    each = np.bincount(
-        network.springs.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes
-    )
+    ends, both = network.springs.ends[own].ravel(), np.repeat(steep, 2)
+    each = np.bincount(ends, both, network.body_nodes).astype(float)  # also of no springs
     nodes = np.arange(network.node_count)
     for solid in network.elements:
         # The trace of a node's stiffness, as the sum of springs. Unstrained, all are positive.

@@ -248,7 +248,9 @@ def _lines(
         life=found.life,
         tension=tension[:, found.of] if len(found.of) != len(strand.ends) else tension,
         rest=rest[found.of],
-        law=np.append(network.springs.law, 0 * network.edges[:, 0])[first][found.of],
+        law=np.append(network.springs.law, 0 * network.edges[:, 0])[first][found.of].astype(
+            np.int64
+        ),
         radius=radius[first][found.of],
         stitch=stitch[first][found.of],
         bears=network.bears[first][found.of],
@@ -259,7 +261,7 @@ def _lines(
 def _rest(trajectory: Trajectory, thin: Thinning, strand: SpringLines) -> Floats:
     """Return rest lengths [m] that give lines the mean stretch of their springs as drawn."""
     network = trajectory.network
-    of_edges = _lengths(network.position, network.edges)
+    of_edges = _lengths(network.position, network.edges.astype(np.int64))
     rest = np.append(network.springs.rest, of_edges)[trajectory.lines]
     if thin.is_whole:
         return rest
