@@ -336,7 +336,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         """Return how many springs, triangles or elements VTK shows before anything is gone."""
         if at == "element":
             return len(self.solids)
-        return int((self.are_lines if at == "spring" else self.are_faces).sum())
+        return len(self.springs) if at == "spring" else int(self.are_faces.sum())
 
     def numbers(self, at: Place) -> NDArray[np.integer]:
         """Return network numbers of what is recorded, shape (item,)."""
