@@ -180,11 +180,11 @@ def test_a_vtu_file_holds_a_frame(tmp_path, read, example, frame):
     expected = np.concatenate([cells.lines.ravel(), cells.triangles.ravel()])
     assert np.array_equal(connectivity, expected)
     force = of(grid.GetCellData(), "spring_force")
-    assert np.array_equal(force[lines], example.tension[frame, cells.springs])
+    assert np.array_equal(force[lines], example.tension[frame, cells.line_numbers])
     assert len(force) == total
     assert not force[len(cells.lines) :].any()
     ids = of(grid.GetCellData(), "spring_id")
-    assert np.array_equal(ids[lines], example.network.springs.ids[cells.springs])
+    assert np.array_equal(ids[lines], example.network.springs.ids[cells.line_numbers])
 
 
 def test_an_obj_file_holds_a_frame(tmp_path, read, example):

@@ -188,7 +188,9 @@ def test_one_number_at_each_node_is_the_mean_around_it(result):
     assert found["area"][node] == pytest.approx(areas(corners).mean(), rel=1e-12)
     own = (last.lines == node).any(axis=1)
     assert found["stretch"][node] == pytest.approx(
-        result.fields["stretch"][2][np.searchsorted(result.springs, last.springs[own])].mean()
+        result.fields["stretch"][2][
+            np.searchsorted(result.springs, last.line_numbers[own])
+        ].mean()
     )
 
 
@@ -319,12 +321,12 @@ def test_frames_are_plotted_by_the_numbers_of_a_field(result, show, name):
     shown = Shown.of(FramesPlot(times=(0.005,), show=show, field=name), result)
     numbers, _ = result.shown(name, 1)
     assert shown.numbers is not None
-    own = shown.numbers.of_springs(1) if show == "springs" else shown.numbers.of_triangles(1)
+    own = shown.numbers.of_lines(1) if show == "springs" else shown.numbers.of_triangles(1)
     assert np.array_equal(own, numbers)
     mixed = FrameNumbers.of(result, "kinetic energy", [1])
     energy = result.fields["kinetic energy"][1]
     ends = result.ends[result.shown("stretch", 1)[1]]
-    assert mixed.of_springs(1) == pytest.approx(energy[ends].mean(axis=1), rel=1e-6)
+    assert mixed.of_lines(1) == pytest.approx(energy[ends].mean(axis=1), rel=1e-6)
     assert mixed.unit == "J"
     with pytest.raises(TissueError, match="a scene records it by: trajectory with charge"):
         FrameNumbers.of(result, "charge", [1])

@@ -9,7 +9,7 @@ from tissuec.results.mesh import RecordedMesh
 
 def everything(network):
     return RecordedMesh.of(
-        network, np.arange(network.node_count), np.arange(network.spring_count)
+        network, np.arange(network.node_count), np.arange(network.line_count)
     )
 
 
@@ -18,7 +18,7 @@ def test_a_whole_network_is_drawn_whole(example):
     cells = everything(network).cells(example.alive(0))
     assert np.array_equal(cells.lines, network.springs.ends)
     assert np.array_equal(cells.triangles, network.skin)
-    assert np.array_equal(cells.springs, np.arange(network.spring_count))
+    assert np.array_equal(cells.line_numbers, np.arange(network.spring_count))
     assert len(cells.vertices) == 0
 
 
@@ -29,7 +29,7 @@ def test_a_cut_opens_the_skin_along_the_cut_springs_only(example):
     across = (rings.min(axis=1) == 1) & (rings.max(axis=1) == 2)
     assert not across.any()
     assert len(cells.triangles) == len(network.skin) - 8  # two per side between two rings
-    gone = set(range(network.spring_count)) - set(cells.springs.tolist())
+    gone = set(range(network.spring_count)) - set(cells.line_numbers.tolist())
     assert gone == set(example.along)
 
 

@@ -78,7 +78,7 @@ def expected(trajectory, name, frame):
     network, series = trajectory.network, trajectory.surfaces[name]
     (body,) = (body for body in network.bodies if body.name == name)
     alive = np.zeros(network.entity_count, dtype=bool)
-    alive[trajectory.cells(frame).springs] = True
+    alive[trajectory.cells(frame).line_numbers] = True
     smoothing = FAMILY[series.kind](**series.entries)
     refined = smoothing.refine(BodySkin.of(network, body).at(alive))
     return refined.at(trajectory.position[frame][body.nodes]), refined.triangles

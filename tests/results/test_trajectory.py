@@ -182,7 +182,7 @@ def test_another_layout_is_told(path):
         Trajectory.open(path)
     assert str(refused.value) == (
         f'"{path}" has layout 2 (of tissuec 0.1.0), but this version of tissuec reads layout '
-        "3; read it with the version that wrote it, or run the scene again"
+        "4; read it with the version that wrote it, or run the scene again"
     )
 
 

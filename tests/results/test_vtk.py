@@ -36,7 +36,7 @@ def assert_frame_is(data, example, frame, nodes):
         )
     identities = vtk_to_numpy(points.GetArray("node_id"))
     assert np.array_equal(identities, example.network.node_ids[nodes])
-    springs = example.recording.springs[example.alive(frame)[example.recording.springs]]
+    springs = example.recording.lines[example.alive(frame)[example.recording.lines]]
     lines = cells_of(data, LINE)
     assert np.array_equal(nodes[lines], example.network.springs.ends[springs])
     first = len(cells_of(data, VERTEX))
@@ -90,7 +90,7 @@ def test_the_filter_of_the_manual_leaves_springs_with_numbers_alone(tmp_path, ex
 def test_one_body_of_two_is_seen_alone(tmp_path, example):
     nodes = np.arange(4, 23)
     springs = np.flatnonzero(np.isin(example.network.springs.ends, nodes).all(axis=1))
-    example = example.recorded(nodes=nodes, springs=springs)
+    example = example.recorded(nodes=nodes, lines=springs)
     assert_all_frames(example.saved(tmp_path / "a.vtkhdf"), example, nodes)
 
 

@@ -83,7 +83,7 @@ def test_what_repeats_itself_in_large_nets_is_compressed_and_read_alike(
             if name not in ("tissuec/manifest", "tissuec/checksums"):
                 np.testing.assert_array_equal(dataset[()], former[name][()], err_msg=name)
         lists = ("tissuec/network/ends", "VTKHDF/Connectivity", "VTKHDF/Offsets")
-        for name in (*lists, "VTKHDF/CellData/spring_id", "tissuec/recording/springs"):
+        for name in (*lists, "VTKHDF/CellData/spring_id", "tissuec/recording/lines"):
             assert written[name].compression == "gzip", name
         assert written["VTKHDF/Points"].compression is None
     with Trajectory.open(path) as read:
@@ -400,7 +400,7 @@ def test_a_result_that_no_longer_fits_its_name_is_kept(tmp_path, example, monkey
 def test_one_of_two_bodies_is_numbered_by_itself(tmp_path, example):
     nodes = np.arange(20, 23)
     springs = np.arange(example.network.spring_count - 2, example.network.spring_count)
-    path = example.recorded(nodes=nodes, springs=springs).saved(tmp_path / "a.vtkhdf")
+    path = example.recorded(nodes=nodes, lines=springs).saved(tmp_path / "a.vtkhdf")
     with Trajectory.open(path) as read:
         assert read.ends.tolist() == [[0, 1], [1, 2]]
         assert read.cells(5).lines.tolist() == [[0, 1], [1, 2]]
@@ -429,7 +429,7 @@ def reduced(example, nodes):
 def test_free_nodes_without_any_spring_are_written(tmp_path, example, nodes, frames):
     network = reduced(example, nodes)
     recording = replace(
-        example.recording, nodes=np.arange(nodes), springs=np.arange(0), logs=(), energies=False
+        example.recording, nodes=np.arange(nodes), lines=np.arange(0), logs=(), energies=False
     )
     with ResultWriter(tmp_path / "a.vtkhdf", network, recording, {}, "") as writer:
         writer.topology(np.ones(0, dtype=bool))
@@ -446,9 +446,7 @@ def test_free_nodes_without_any_spring_are_written(tmp_path, example, nodes, fra
 
 
 def test_a_run_without_a_trajectory_keeps_its_logs(tmp_path, example):
-    path = example.recorded(nodes=np.arange(0), springs=np.arange(0)).saved(
-        tmp_path / "a.vtkhdf"
-    )
+    path = example.recorded(nodes=np.arange(0), lines=np.arange(0)).saved(tmp_path / "a.vtkhdf")
     with Trajectory.open(path) as read:
         assert read.times.shape == (0,)
         assert read.position[:].shape == (0, 0, 3)

@@ -215,14 +215,13 @@ def test_conditions_count_what_broke():
 def test_elements_are_no_springs():
     found, plain = compiled(), compiled(rupture="not allowed", output="energy every 10 ms")
     network = found.network
-    assert (network.spring_count, network.entity_count) == (36, 36 + 4)
+    assert (network.spring_count, network.line_count, network.entity_count) == (0, 36, 36 + 4)
     assert network.size == plain.network.size
-    assert len(wishes(network, found.plan).springs) == 36
+    assert wishes(network, found.plan).lines.tolist() == list(range(36))
     groups = {group.name: group.indices for group in found.named_groups()}
     assert groups["edges"].max() < 36
     assert found.springs_of("strip").tolist() == list(range(36))
     assert found.springs_of("low").max() < 36
-    assert not network.springs.stiffness.any()
     assert network.owner(37).name == "strip"
     assert network.elements_within(np.arange(network.node_count)).tolist() == [36, 37, 38, 39]
 
@@ -236,7 +235,7 @@ def test_a_result_keeps_which_elements_broke(tmp_path):
         network = result.network
         assert [(b.name, b.elements) for b in network.bodies] == [("strip", slice(36, 40))]
         broken = [e for e in result.events if e.kind == "rupture"]
-        elements = {s for e in broken for s in e.springs if s >= network.spring_count}
+        elements = {s for e in broken for s in e.springs if s >= network.line_count}
         assert elements == {37, 38}
         # 16 triangles around the sides of both, beside those of the two that are left.
         first, last = result.cells(0), result.cells(len(result.times) - 1)

@@ -193,15 +193,15 @@ def test_without_more_a_tissue_has_a_ratio_of_one_quarter_and_no_viscosity():
     np.testing.assert_allclose(wide.bulk_modulus / wide.shear, 1.0 / 6.0, rtol=1e-12)
 
 
-def test_springs_are_edges_without_any_force():
+def test_edges_of_elements_are_no_springs():
     network = compiled().network
-    assert network.spring_count == 300
-    assert not network.springs.stiffness.any()
-    assert not network.springs.damping.any()
-    assert not np.isfinite(network.springs.strength).any()
-    between = np.diff(network.position[network.springs.ends], axis=1)[:, 0]
-    np.testing.assert_allclose(network.springs.rest, np.linalg.norm(between, axis=1))
-    assert network.provenance["stiffness"][0].span.text == "made of elements"
+    assert (network.spring_count, network.line_count) == (0, 300)
+    assert network.bodies[0].lines == network.bodies[0].edges == slice(0, 300)
+    assert not network.bears.any()
+    assert network.shown_lines.all()
+    between = np.diff(network.position[network.edges], axis=1)[:, 0]
+    np.testing.assert_allclose(np.linalg.norm(between, axis=1), 5e-3)
+    assert not len(network.provenance["stiffness"].index)
     assert network.mass.sum() == pytest.approx(8e-3, rel=1e-12)
 
 
@@ -424,7 +424,7 @@ def test_what_is_of_springs_is_refused_of_a_mesh():
     assert refusal(mesh="reach is second neighbours")[0] == (
         'TIS306: "reach" of a mesh is not available for elements'
     )
-    assert compiled(mesh="kind is sodium chloride").network.spring_count == 300
+    assert compiled(mesh="kind is sodium chloride").network.line_count == 300
 
 
 def test_a_volume_is_preserved_by_the_elements_alone():

@@ -376,7 +376,7 @@ def test_what_walls_of_elements_do_not_have_is_refused(parts, message):
 
 
 def test_what_says_nothing_is_allowed():
-    assert compiled(kind=SHEET, mesh="; diagonals is none").network.spring_count == 108
+    assert compiled(kind=SHEET, mesh="; diagonals is none").network.line_count == 108
 
 
 def test_a_thread_cannot_consist_of_elements():

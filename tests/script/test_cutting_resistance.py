@@ -47,10 +47,10 @@ def surface(text, blade, change=None):
     state = State.start(network, gravity=np.zeros(3), drag=0.0)
     if change is not None:
         state.position = change(state.position)
-    springs = np.flatnonzero(state.alive[: network.body_springs])
-    first, second = state.position[network.springs.ends[springs]].swapaxes(0, 1)
+    lines = np.flatnonzero(state.alive_lines & network.of_bodies)
+    first, second = state.position[network.line_ends[lines]].swapaxes(0, 1)
     crossed = blade.crosses(first, second, network.extent)[0]
-    return cut_surface(state, springs[crossed], blade)
+    return cut_surface(state, lines[crossed], blade)
 
 
 def facing(degrees, through=(9.7e-3, 5e-3, 5e-3), turn=30.0):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tissuec.engine.execution.companion import Mode
 
 RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # endings of results
-# Springs from which memory counts more than the time of searching for cycles of objects.
+# Springs and edges from which memory counts more than the time of searching for cycles.
 LARGE = 1_000_000
 
 
@@ -244,7 +244,7 @@ def _run(path: Path, target: Path, order: _RunOrder, settings: Settings) -> Repo
     except CompileError as error:
         return Report((), {"scene": scene}, WRONG_TEXT, error.diagnostics)
     settings.warn(warnings)
-    if compiled.network.spring_count > LARGE:
+    if compiled.network.line_count > LARGE:
         gc.set_threshold(*USUAL_THRESHOLDS)
     try:
         make_folder(target.parent)

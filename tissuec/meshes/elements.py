@@ -1,7 +1,7 @@
 """Meshes of finite elements: solids, and walls as triangles.
 
-Nodes are those of the cells, and in the middle of each edge of tetrahedra one more. Springs run
-along the edges of elements, and the skin consists of the faces that one element alone has.
+Nodes are those of the cells, and in the middle of each edge of tetrahedra one more. Node
+pairs are the edges of elements, and the skin consists of the faces that one element alone has.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -238,7 +238,7 @@ _FLAT_WALL = 1e-9  # of the square of its longest side: a triangle of less area 
 
 
 def wall_of_triangles(mesh: Mesh) -> Mesh:
-    """Return a surface whose elements are its triangles, and whose springs are their edges.
+    """Return a surface whose elements are its triangles, and whose node pairs are their edges.
 
     Raises:
         FormatError: It is no surface, or a triangle has no area.

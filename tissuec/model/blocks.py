@@ -49,7 +49,6 @@ class NetSize(NamedTuple):
 
     Attributes:
         nodes: None of joints, which join nodes of bodies.
-        springs: Without the edges of elements, which resist nothing.
     """
 
     nodes: int

@@ -25,7 +25,7 @@ from tissuec.results.places import (
 )
 from tissuec.results.schema import MANIFEST
 
-LAYOUT_VERSION = 3
+LAYOUT_VERSION = 4
 VIEW = "tissuec_view"
 """Marks files that show a surface of a result, with the name of the surface."""
 BLOCKS = "tissuec_blocks"

@@ -56,14 +56,16 @@ CHECKPOINT = GroupSpec(
         "rows": _texts("", "rows of every growing dataset, as JSON"),
         "version": _texts("", "of this format and of tissuec"),
         "scene": _texts("", "SHA-256 of the scene and the network"),
-        "alive": _array("entity", "which springs and elements were alive", kind="bool"),
+        "alive": _array(
+            "entity", "which springs, edges of elements and elements were alive", kind="bool"
+        ),
         "wall_time": _array("", "how long it had taken", "s"),
     },
     when="runs that were interrupted, or took longer than five seconds",
 )
 RECORDING = GroupSpec(
     "/tissuec/recording",
-    "which nodes, springs and further fields the frames contain",
+    "which nodes, springs, edges of elements and further fields the frames contain",
     {
         "nodes": _integers("node", "network numbers of the nodes in the frames"),
         "lines": _integers(
@@ -257,9 +259,9 @@ REGIONS = GroupSpec(
 
 EVENTS = GroupSpec(
     "/tissuec/events",
-    "all events with the affected springs and elements, which are `spring_count` rows of "
-    "`springs` from `first_spring`. Numbers of elements follow those of springs. With elements "
-    "that break, the edges are named that are lost with them",
+    "all events with the affected springs, edges of elements and elements, which are "
+    "`spring_count` rows of `springs` from `first_spring`. With elements that break, the edges "
+    "are named that are lost with them",
     {
         "time": _array("event", "time of each event", "s"),
         "kind": _texts("event", "what happened: cut, rupture, grasp, …"),
@@ -419,7 +421,8 @@ PARTS = GroupSpec(
     {
         "alive": _array(
             "byte",
-            "which springs and elements exist in each part, eight in a byte, part after part",
+            "which springs, edges of elements and elements exist in each part, eight in a "
+            "byte, part after part",
             kind="u1",
             in_parts=True,
         )
@@ -458,7 +461,8 @@ SIDES = GroupSpec(
         "time": _array("side", f"times {_TURN}", "s", chunk=FEW),
         "alive": _array(
             "byte",
-            f"which springs and elements of the network exist, eight in a byte; {_TURN}",
+            "which springs, edges of elements and elements of the network exist, eight in a "
+            f"byte; {_TURN}",
             kind="u1",
             chunk=CHUNK,
             in_parts=True,

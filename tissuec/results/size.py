@@ -21,6 +21,7 @@ from tissuec.results.frames import MOST_EVENTS, SideColumns
 from tissuec.results.mesh import mesh_of
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.schema import (
+    EDGES,
     ERRORS,
     LOGS,
     NETWORK,
@@ -36,7 +37,11 @@ from tissuec.script.plan import Output, SurfaceOutput
 
 EMPTY_FILE = 119_000  # bytes of groups, attributes and first rows, measured
 ORIGINS = {"node": 1, "spring": 5}  # arrays of the network whose origins are written
-PACKED = {"node": 17, "spring": 2}  # bytes of a large one, whose numbers repeat, measured
+PACKED = {
+    "node": 17,
+    "spring": 2,
+    "edge": 1,
+}  # bytes of a large one, whose numbers repeat, measured
 TREE = 2_400  # bytes of a table of places
 TREE_CHUNKS = 48  # that it has room for, as they come
 LOG = 2_700  # bytes of a group with three columns without rows
@@ -74,6 +79,8 @@ def file_size(
     for axis, count in (
         ("node", network.node_count),
         ("spring", network.spring_count),
+        ("edge", len(network.edges)),
+        ("line", network.line_count),
         ("triangle", len(network.skin)),
     ):
         total += count * (_bytes_of(axis) if count < LARGE else PACKED.get(axis, 0))
@@ -97,8 +104,8 @@ def _packed(size: int, rows: int) -> int:
 
 
 def _bytes_of(axis: str) -> int:
-    """Return the bytes that each node, spring or triangle of the network has."""
-    groups = (NETWORK, RECORDING, PARTICLES)
+    """Return the bytes that each node, spring, edge, line or triangle of the network has."""
+    groups = (NETWORK, EDGES, RECORDING, PARTICLES)
     arrays = (one for group in groups for one in group.values() if one.axes[:1] == (axis,))
     origins = ORIGINS.get(axis, 0) * ORIGINS_OF["{array}"].row_bytes
     return sum(one.row_bytes for one in arrays) + origins

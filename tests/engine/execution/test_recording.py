@@ -90,7 +90,7 @@ def test_what_a_result_file_must_have_room_for_follows_from_the_plan():
     )
     wanted = wishes(network, plan)
     assert wanted.nodes.tolist() == [0, 1, 2]
-    assert wanted.springs.tolist() == [0, 1]
+    assert wanted.lines.tolist() == [0, 1]
     assert wanted.energies
     assert not wanted.single
     assert [(c.name, c.columns, c.unit) for c in wanted.logs] == [

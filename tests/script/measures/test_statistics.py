@@ -89,7 +89,7 @@ def test_numbers_of_points_count_by_their_volumes():
     # Elements of a set are those that are whole in it.
     nodes = np.flatnonzero(place[:, 0] > 9.9e-3)
     half = Subject("half", nodes, np.zeros(0, dtype=np.int64))
-    some = Subject("some", np.flatnonzero(place[:, 0] > 19.9e-3), half.springs)
+    some = Subject("some", np.flatnonzero(place[:, 0] > 19.9e-3), half.lines)
     measure = FieldStatistic("smallest", "largest principal strain")
     assert measure.sample((half,), batch)[1, 0] == pytest.approx(0.25, rel=1e-12)
     assert measure.sample((half,), batch.pick(1))[0] == pytest.approx(0.25, rel=1e-12)

@@ -185,7 +185,7 @@ def test_springs_that_break_together_are_one_mark():
     ]
     events += [Event(1.5, "rupture", (3, 20, 21), "too much", "")] * 2
     # From 20 on, they are elements.
-    found = marks(events, 2.0, SimpleNamespace(spring_count=20, is_edge=lambda one: False))
+    found = marks(events, 2.0, SimpleNamespace(spring_count=20, line_count=20))
     assert [mark.text for mark in found] == [
         "18 springs ruptured", "1 spring ruptured", "cut it: 1 spring", "4 elements ruptured",
     ]  # fmt: skip

@@ -89,7 +89,7 @@ class Drawing(Struct, frozen=True, eq=False):
 
     @property
     def is_elements(self) -> bool:
-        """Return whether its springs are edges of finite elements."""
+        """Return whether its node pairs are edges of finite elements, not springs."""
         return self.element_part is not None
 
     @property

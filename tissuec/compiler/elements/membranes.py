@@ -53,7 +53,7 @@ class WallBending(Struct, frozen=True, eq=False):
         position: Floats,
         first_node: int,
         ends: NDArray[np.int32],
-        first_spring: int,
+        first_edge: int,
         first: int | None,
     ) -> FieldBlock:
         """Return the block of the wall.
@@ -61,8 +61,8 @@ class WallBending(Struct, frozen=True, eq=False):
         Args:
             position: Of all nodes of the network [m], shape (node, 3).
             first_node: Number of the first node of the body.
-            ends: Nodes of its springs in the network, shape (spring, 2).
-            first_spring: Number of the first of them.
+            ends: Nodes of its edges in the network, shape (edge, 2).
+            first_edge: Number of the first of them.
             first: The first of its triangles as an entity; None where these do not break.
         """
         from tissuec.forces.surfaces.plates import Plates
@@ -74,7 +74,7 @@ class WallBending(Struct, frozen=True, eq=False):
             triangles = first + np.concatenate([own, beside], axis=1)
         return Plates.of(
             self.body, self.nodes + first_node, position, self.stiffness, self.delay, ends,
-            first_spring, self.span, triangles,
+            first_edge, self.span, triangles,
         ).block  # fmt: skip
 
 

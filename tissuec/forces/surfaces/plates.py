@@ -95,7 +95,7 @@ class Plates(PotentialField, frozen=True):
         stiffness: Floats,
         delay: Floats,
         ends: NDArray[np.int32],
-        first_spring: int,
+        first_edge: int,
         span: Span,
         triangles: Indices | None = None,
     ) -> Self:
@@ -107,8 +107,8 @@ class Plates(PotentialField, frozen=True):
             position: Of all nodes as drawn [m], shape (node, 3).
             stiffness: K [N m], shape (triangle, 3, 3).
             delay: τ [s], shape (triangle,).
-            ends: Nodes of the springs of the body, shape (spring, 2).
-            first_spring: Number of the first of these.
+            ends: Nodes of the edges of the body, shape (edge, 2).
+            first_edge: Number of the first of these.
             span: The entry that asks for it.
             triangles: Those of each patch as entities of the network, shape (triangle, n); None
                 where these do not break.
@@ -118,7 +118,7 @@ class Plates(PotentialField, frozen=True):
         drawn, squares = np.zeros(len(own)), np.ones((len(own), 2))
         drawn[is_hinge], squares[is_hinge] = as_drawn(position[own[is_hinge]])
         edges, which = PairIndex(ends).between(nodes[:, EDGES].reshape(-1, 2))
-        walls, walled = first_spring + edges, which // len(EDGES)
+        walls, walled = first_edge + edges, which // len(EDGES)
         count = len(nodes)
         if triangles is not None:
             walls = np.append(walls, triangles)

@@ -136,11 +136,11 @@ class Elemental(Protocol):
         ...
 
     def element_size(self) -> tuple[int, int]:
-        """Return upper bounds of (nodes, springs) of ``build_elements``, as ``size`` does."""
+        """Return upper bounds of (nodes, edges) of ``build_elements``, as ``size`` does."""
         ...
 
     def build_elements(self) -> Mesh:
-        """Return the mesh with elements; its springs are their edges."""
+        """Return the mesh with elements; its node pairs are their edges."""
         ...
 
 

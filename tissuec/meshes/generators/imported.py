@@ -264,7 +264,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         return nodes + pairs, 8 * pairs  # of tetrahedra with a node on each edge
 
     def build_elements(self) -> Mesh:
-        """Return the mesh with elements; its springs are their edges."""
+        """Return the mesh with elements; its node pairs are their edges."""
         from tissuec.meshes.elements import mesh_of_cells
 
         try:

@@ -26,7 +26,7 @@ class SpringConstantField(FrameField):
     at = "spring"
     dimension = units.STIFFNESS
     text = "spring constant of each spring at rest"
-    remark = "It is 0 for the edges of elements, and without branches that relax."
+    remark = "It is without branches that relax."
     needs = ("springs",)
 
     @staticmethod
