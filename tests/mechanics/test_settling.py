@@ -170,6 +170,35 @@ def test_layers_go_outwards_from_the_node_of_the_greatest_force():
     assert order == [[2], [1, 3], [0, 4]]
 
 
+CUBE = """language 1
+tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3 }
+body cube {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, 10) mm }; tissue is gel
+  made of elements
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+"""
+
+
+def test_layers_go_outwards_along_edges_of_elements():
+    """From a corner of a cube of 2³ cells, the opposite corner is six edges away."""
+    state = state_at_start(compiled_scene(CUBE))
+    balance = Balance(state, every(state))
+    urge = np.linalg.norm(state.position - 0.01, axis=1)
+    order = [len(layer.star.nodes) for layer in Layers(balance).beginning_with(urge)]
+    assert order == [1, 3, 6, 7, 6, 3, 1]
+
+
+@pytest.mark.parametrize(("stretch", "longest"), [(0.5, 5e-3), (3.0, 15e-3)])
+def test_steps_of_newtons_method_are_limited_by_edges_of_elements(stretch, longest):
+    """As by springs: half of the longest, now or as drawn, is short enough for a step."""
+    state = state_at_start(compiled_scene(CUBE))
+    balance = Balance(state, every(state))
+    bars = balance.bars(balance.start * [stretch, 1.0, 1.0])
+    assert balance.longest(bars) == pytest.approx(longest, rel=1e-12)
+
+
 def test_newton_falls_back_on_relaxation(monkeypatch):
     """Even with no step of Newton's at first, the equilibrium is found."""
     given, calls = newton.tangent_at, []

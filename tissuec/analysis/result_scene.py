@@ -120,7 +120,7 @@ def _differences(trajectory: Trajectory, compiled: Compiled) -> Iterator[str]:
 
 
 def _other_arrays(then: Network, now: Network) -> Iterator[str]:
-    if not np.array_equal(then.springs.ends, now.springs.ends):
+    if not np.array_equal(then.line_ends, now.line_ends):
         yield "ends"
     for name in _ARRAYS:
         one, other = then.array(name), now.array(name)

@@ -20,7 +20,7 @@ from tissuec.forces.element_fields import ElementField
 from tissuec.forces.matrices import summed
 from tissuec.forces.springs.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
-from tissuec.mechanics.observables import applied_forces, rest_lengths
+from tissuec.mechanics.observables import applied_forces, lengths, rest_lengths
 from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.edges import joined_pairs
@@ -62,7 +62,7 @@ class Balance:
 
     Attributes:
         free: The nodes that may move, ascending, shape (free,).
-        springs: Those that act, or that are edges of what acts.
+        springs: Those that act.
         mass: Of the free nodes [kg], shape (free,).
         load: Weight and external force on each free node [N], shape (free, 3).
         holds_slides: Whether motions of pieces along what they touch count as neutral.
@@ -100,7 +100,7 @@ class Balance:
         self._still = np.zeros_like(state.velocity)
         for field in self._fields:
             self._still[field.hidden] = state.velocity[field.hidden]
-        self._position = state.position.copy()
+        self._position, self._drawn = state.position.copy(), state.network.position
         self._start = self._position[self.free]
         self._frozen = np.zeros_like(self._start)
         self._last: tuple[Bars | None, list[Floats]] = None, []
@@ -163,6 +163,18 @@ class Balance:
             return ends
         rows = self._reduction[::3]
         return np.append(rows.indices[rows.indptr[:-1]] // 3, -1)[ends]
+
+    def longest(self, bars: Bars) -> float:
+        """Return the length of the longest spring or edge, now or at rest [m]."""
+        springs = np.maximum(bars.length, self.springs.rest).max(initial=0.0)
+        edges = self.links[len(bars.length) :]
+        now = lengths(edges, bars.position).max(initial=0.0)
+        return float(max(springs, now, self._drawn_edge))
+
+    @cached_property
+    def _drawn_edge(self) -> float:
+        """Return the length of the longest edge at free nodes as drawn [m]; 0 without any."""
+        return float(lengths(self.links[len(self._acting) :], self._drawn).max(initial=0.0))
 
     @property
     def is_embedding(self) -> bool:

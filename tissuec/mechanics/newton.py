@@ -415,8 +415,7 @@ def downhill(
     Returns:
         The positions, None if the energy falls nowhere along the step.
     """
-    spring = float(np.maximum(bars.length, balance.springs.rest).max(initial=0.0))
-    reach = max(0.5 * spring, REACH * float(np.ptp(x, axis=0).max()))
+    reach = max(0.5 * balance.longest(bars), REACH * float(np.ptp(x, axis=0).max()))
     size = greatest(step)
     part = 1.0 if size <= reach else reach / size
     energy, _ = balance.energy(x, bars)

@@ -122,8 +122,7 @@ class Layers:
         bars = balance.bars(balance.start)
         self._stiffness = self._steepest(bars, 0.0)
         self._pressing = balance.pressing(bars)
-        inner = (balance.springs.ends >= 0).all(axis=1)
-        low, high = balance.springs.ends[inner].T
+        low, high = balance.link_ends[(balance.link_ends >= 0).all(axis=1)].T
         joined = np.ones(len(low), dtype=np.int8)
         shape = (self._count, self._count)
         self._graph = csr_matrix((joined, (low, high)), shape=shape)

@@ -551,7 +551,7 @@ def _layer(
 ) -> float:
     """Return a tenth of the mean length of a spring, and no more than thin tools allow [m]."""
     thin = THINNEST * radius[radius > 0.0]
-    if network.body_springs:
+    if network.of_bodies.any():
         return min(SOFTEST_LAYER * _mean_length(network), float(thin.min(initial=np.inf)))
     if len(thin):
         return SOFTEST_LAYER * float(thin.min())
