@@ -383,7 +383,7 @@ def ligated(
         frame = int(np.argmin(np.abs(trajectory.times - time)))
         cells = trajectory.cells(frame)
         ends = 1e3 * trajectory.position[frame][cells.lines][:, :, [0, 2]]
-        is_tube = cells.springs < tube
+        is_tube = cells.line_numbers < tube
         nearer = trajectory.position[frame][cells.lines][:, :, 1].mean(axis=1) < 1e-4
         for some, style in (
             (is_tube & ~nearer, {"colors": "#e8c4bd", "linewidths": 0.7}),
@@ -406,7 +406,7 @@ def suture(trajectory: Trajectory) -> plt.Figure:
         frame = int(np.argmin(np.abs(trajectory.times - time)))
         cells = trajectory.cells(frame)
         ends = 1e3 * trajectory.position[frame][cells.lines][:, :, [0, 1]]
-        is_sheet = cells.springs < sheets
+        is_sheet = cells.line_numbers < sheets
         axes.add_collection(
             LineCollection(list(ends[is_sheet]), colors="#b5523f", linewidths=0.6)
         )

@@ -116,7 +116,7 @@ class MujocoSolver(Struct, frozen=True, eq=False):
 
 
 def _acting(state: State) -> np.ndarray:
-    return np.flatnonzero(state.alive & ~join_nodes_of(state.springs.ends, state.held))
+    return np.flatnonzero(state.alive_springs & ~join_nodes_of(state.springs.ends, state.held))
 
 
 def _body(node: int, state: State) -> str:

@@ -416,6 +416,12 @@ def test_springs_have_no_direction_of_prestress():
     )
 
 
+@pytest.mark.parametrize("order", ["tighten block to 4 mm", "tie block with square knot"])
+def test_edges_of_elements_are_no_joint_to_be_drawn_in(order):
+    found = finding_of(compile_request, scene(script=f"at 0 s: {order}"))
+    assert found.message == "block is neither a body with mesh thread nor a joint"
+
+
 def test_what_is_of_springs_is_refused_of_a_mesh():
     assert refusal(mesh="kind is diamond") == (
         "TIS306: diamond says where springs are, but elements are the cubic cells",

@@ -219,7 +219,7 @@ class SteppedRun:
 
     @property
     def alive(self) -> NDArray[np.bool_]:
-        """Return which springs are whole, shape (spring,)."""
+        """Return which springs, edges of elements and elements are whole, shape (entity,)."""
         return self.snapshot.state.alive
 
     def to_pyvista(self) -> "pyvista.UnstructuredGrid":

@@ -251,7 +251,12 @@ class Loosen(ChangeRestLength, frozen=True):
 
 def is_of_joints(network: Network, group: Group) -> bool:
     """Return whether springs are those of joints, or some of them."""
-    return bool(len(group.indices)) and int(group.indices[0]) >= network.body_springs
+    lines = group.indices  # ascending; edges of elements follow joints
+    return (
+        bool(len(lines))
+        and int(lines[0]) >= network.body_springs
+        and int(lines[-1]) < network.spring_count
+    )
 
 
 def not_to_be_drawn(network: Network, group: Group) -> str:
