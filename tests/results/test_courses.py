@@ -91,6 +91,29 @@ def test_jaws_touch_the_surface_of_what_they_hold():
     assert tips[:, 0].min() == pytest.approx(local[:, 0].max(), abs=0.1 * forceps.size)
 
 
+SOLID = """language 1
+tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3 }
+body bar {
+  mesh is lattice { cell = 4 mm; box from (0, 0, 0) mm to (20, 8, 8) mm }; tissue is gel
+  made of elements
+}
+tool shears { kind is scissors }
+environment { gravity = (0, 0, 0) m/s^2 }
+script { at 1 ms: cut bar along plane through (10, 0, 0) mm facing (1, 0, 0) with shears }
+simulate { duration = 2 ms }
+output { trajectory every 1 ms }
+"""
+
+
+def test_scissors_are_drawn_where_they_cut_elements():
+    with tissuec.run(SOLID, companion="off") as result:
+        (scissors,) = courses(Moments.of(result, np.arange(len(result.times))))
+    assert scissors.kind == "scissors"
+    assert np.abs(scissors.axes[0, 1]) == pytest.approx([1.0, 0.0, 0.0], abs=1e-9)
+    # In the middle of the cut edges, which nothing has moved yet.
+    assert scissors.origin[1, 0] == pytest.approx(10e-3, abs=1e-4)
+
+
 WIDEST = 0.35 - 1e-9  # [rad]: of each jaw
 BALL = """language 1
 tissue wall { spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 2 g }

@@ -106,7 +106,7 @@ def test_sets_can_choose_them_and_frames_leave_them_out():
     found = [compiled.groups.sets.find(name).group.indices for name in ("hinges", "rest")]
     assert np.array_equal(found[0], np.flatnonzero(net.bends))
     assert np.array_equal(found[1], np.flatnonzero(~net.bends))
-    assert np.array_equal(wishes(net, compiled.plan).springs, np.flatnonzero(~net.bends))
+    assert np.array_equal(wishes(net, compiled.plan).lines, np.flatnonzero(~net.bends))
 
 
 # --- what they are made of ------------------------------------------------------------------

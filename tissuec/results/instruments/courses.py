@@ -184,9 +184,9 @@ def _normal(places: Floats, ways: Floats) -> Floats:
 
 
 def _ends(scenery: Scenery, event: Event) -> Indices:
-    """Return the rows in frames of the ends of the springs that are cut, shape (spring, 2)."""
+    """Return the rows in frames of the ends of the lines that are cut, shape (line, 2)."""
     trajectory = scenery.moments.trajectory
-    return trajectory.ends[np.isin(trajectory.springs, event.springs)]
+    return trajectory.ends[np.isin(trajectory.lines, event.springs)]
 
 
 def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:

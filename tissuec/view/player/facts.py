@@ -60,12 +60,14 @@ def _version(manifest: dict[str, Any], name: str) -> str:
 
 def thinning(film: PlayerData) -> str:
     """Return which nodes are not drawn, as text; empty if all are drawn."""
-    nodes, springs = film.recorded
+    nodes, springs, edges = film.recorded
     if film.node_count == nodes:
         return ""
+    lines = {"springs": springs, "edges of elements": edges}
+    what = " and ".join(f"{number} {name}" for name, number in lines.items() if number)
     return (
         f"drawn: {film.node_count} of {nodes} nodes; {len(film.lines.ends)} lines represent "
-        f"{springs} springs"
+        f"{what or '0 springs'}"
     )
 
 

@@ -190,7 +190,7 @@ class PlayerData(Struct, frozen=True, eq=False):
         resultants: Forces on tissue by whatever holds or touches it.
         surfaces: Smooth surfaces, a list of pieces for each body.
         laws: Names of the laws.
-        recorded: How many nodes and springs the file shows.
+        recorded: How many nodes, springs and edges of elements the file shows.
         numbers: Network numbers of the nodes, ascending, shape (node,).
     """
 
@@ -215,7 +215,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     resultants: tuple[Resultant, ...]
     surfaces: dict[str, list[SurfacePiece]]
     laws: tuple[str, ...]
-    recorded: tuple[int, int]
+    recorded: tuple[int, int, int]
     numbers: Indices
 
     def time_at(self, at: float) -> float:

@@ -116,7 +116,7 @@ def film_of(moments: Moments, options: Options) -> PlayerData:
             if len(series)
         },
         laws=tuple(law.name for law in trajectory.network.springs.laws),
-        recorded=(count, len(trajectory.springs)),
+        recorded=(count, (own := len(trajectory.springs)), len(trajectory.lines) - own),
         numbers=trajectory.nodes[thin.kept],
     )
 
