@@ -326,7 +326,7 @@ def test_points_of_torn_faces_are_gone():
     contact, alive = network.contact, network.present.copy()
     assert contact.intact(alive).there.all()
     corner = contact.between.triangles[0]
-    lost = np.flatnonzero(np.isin(network.springs.ends, corner).all(axis=1))
+    lost = np.flatnonzero(np.isin(network.line_ends, corner).all(axis=1))
     alive[lost] = False
     there = contact.intact(alive).there
     gone = contact.nodes[~there] - network.node_count

@@ -221,7 +221,7 @@ def test_a_torn_surface_has_no_sides():
     alive = network.present.copy()
     assert contact.intact(alive).meetings.is_sided
     corner = int(np.flatnonzero((network.position[: network.body_nodes] == 0.0).all(axis=1))[0])
-    alive[np.flatnonzero((network.springs.ends == corner).any(axis=1))] = False
+    alive[np.flatnonzero((network.line_ends == corner).any(axis=1))] = False
     torn = contact.intact(alive)
     assert not torn.meetings.is_sided
     assert np.abs(forces(torn, position, np.zeros_like(position))).max() == 0.0

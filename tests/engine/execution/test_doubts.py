@@ -176,14 +176,14 @@ def test_a_face_is_inside_out_among_its_neighbours_but_a_fold_along_a_row_is_not
     assert found.unit == "face"
 
 
-def test_cells_that_have_lost_a_spring_are_not_counted():
+def test_cells_that_have_lost_an_edge_are_not_counted():
     scene = compiled(SOLID)
     x = scene.network.position.copy()
     x[np.isclose(x[:, 2], 0.005), 2] = -0.001
     watch = WATCHES["inside out"].of(scene.network, scene.plan)
     state = scene.plan.start(scene.network)
-    # Node 0 is a corner of one cell only: what it loses is a spring of that cell.
-    lost = np.flatnonzero((scene.network.springs.ends == 0).any(axis=1))[:1]
+    # Node 0 is a corner of one cell only: what it loses is an edge of that cell.
+    lost = np.flatnonzero((scene.network.line_ends == 0).any(axis=1))[:1]
     state.alive = state.alive.copy()
     state.alive[lost] = False
     (found,) = watch.look(state, x)

@@ -112,7 +112,7 @@ def test_elements_that_have_lost_an_edge_are_not_counted():
     x = scene.network.position * [1.0, 1.0, -1.0]
     state = scene.plan.start(scene.network)
     assert count(f for f in watch(scene).look(state, x) if f.unit == "element") == 64
-    state.lose(np.flatnonzero((scene.network.springs.ends == 0).any(axis=1))[:1])
+    state.lose(np.flatnonzero((scene.network.line_ends == 0).any(axis=1))[:1])
     (found,) = (f for f in watch(scene).look(state, x) if f.unit == "element")
     assert found.count == 63  # node 0 is a corner of one element only
     assert found.where.startswith("in hexahedron 2 around")

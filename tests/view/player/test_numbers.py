@@ -142,7 +142,7 @@ def test_fewer_nodes_are_spread_and_stay_apart_where_they_were_cut(shown):
     whole = read_film(shown(show), Options())
     film = read_film(shown(show), Options(nodes=200))
     assert 150 < film.node_count <= 200
-    assert film.recorded == (1600, len(show.network.springs.ends))
+    assert film.recorded == (1600, len(show.network.springs.ends), 0)
     # Every node that is drawn is one of the net.
     for frame in range(4):
         places = {tuple(place) for place in whole.position[frame].tolist()}
