@@ -166,10 +166,15 @@ class Balance:
 
     def longest(self, bars: Bars) -> float:
         """Return the length of the longest spring or edge, now or at rest [m]."""
-        springs = np.maximum(bars.length, self.springs.rest).max(initial=0.0)
+        now, rest = self.link_lengths(bars), self.springs.rest
+        return float(max(now.max(initial=0.0), rest.max(initial=0.0), self._drawn_edge))
+
+    def link_lengths(self, bars: Bars) -> Floats:
+        """Return the lengths of ``links`` [m], shape (link,)."""
         edges = self.links[len(bars.length) :]
-        now = lengths(edges, bars.position).max(initial=0.0)
-        return float(max(springs, now, self._drawn_edge))
+        return (
+            np.append(bars.length, lengths(edges, bars.position)) if len(edges) else bars.length
+        )
 
     @cached_property
     def _drawn_edge(self) -> float:

@@ -371,7 +371,7 @@ def _equilibrium(
         Unsettled: They balance nowhere.
     """
     remarks: tuple[Remark, ...] = ()
-    longest = float(balance.bars(x).length.max(initial=0.0))
+    longest = float(balance.link_lengths(balance.bars(x)).max(initial=0.0))
     size = max(float(np.ptp(balance.start, axis=0).max()), longest)
     far = (FAR if patiently else NEARBY) * size or np.inf
     for _ in range(TURNS if patiently else 1):
@@ -411,7 +411,7 @@ def _pushed_off(balance: Balance, x: Floats, mode: SoftestMotion) -> Floats:
     """Return a place beside an unstable equilibrium with less energy [m], shape (free, 3)."""
     bars = balance.bars(x)
     energy, _ = balance.energy(x, bars)
-    size = 0.1 * float(bars.length.mean()) / greatest(mode.shape)
+    size = 0.1 * float(balance.link_lengths(bars).mean()) / greatest(mode.shape)
     for _ in range(HALVINGS):
         give_way()
         for there in (x + size * mode.shape, x - size * mode.shape):

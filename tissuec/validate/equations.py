@@ -178,6 +178,7 @@ class Equations:
         backwards = self.incidence.T
         self._backwards: Any = backwards.toarray() if is_small else backwards.tocsr()
         self._reach = self.along(network.position)
+        self._edges = network.edges[state.alive_lines[network.spring_count :]]
         self.yielding = Yielding(state.springs.inelastic, self.springs)
         self.relaxing = RelaxingFields(self.elements)
         #: Number of unknowns that bristles, springs and elements remember.
@@ -528,7 +529,10 @@ class Equations:
         Lengths are known to ``ROUNDING`` of themselves; times the fastest frequency of a node,
         at most √(2 Σ c / m) over its springs (Gershgorin), that is a noise of velocities.
         """
-        length = float(np.abs(self._reach).max(initial=0.0) + self.rest.max(initial=0.0))
+        gaps = np.diff(self.drawn[self._edges], axis=1)[:, 0]
+        reach = max(np.abs(each).max(initial=0.0) for each in (self._reach, gaps))
+        longest = max(self.rest.max(initial=0.0), largest(gaps))
+        length = float(reach + longest)
         stiffness = self.stiffness
         joined = abs(self._backwards) @ stiffness + self._of_elements()
         joined = self.embedded.shared(joined)[self.free]
