@@ -40,7 +40,7 @@ from tissuec.geometry.affine import Affine
 from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled, Generator
-from tissuec.model.blocks import FieldBlock
+from tissuec.model.blocks import OF_ELEMENTS, FieldBlock
 from tissuec.model.network import (
     BodyPart,
     Indices,
@@ -240,7 +240,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
     springs = np.cumsum([0, *(len(part.springs.ids) for part in parts)]).tolist()
     ends = [b.mesh.ends if b.elements else b.mesh.ends[:0] for b in bodies]
     edges = np.cumsum([springs[-1], *map(len, ends)]).tolist()
-    counts = [sum(len(one.nodes) for one in body.elements) for body in bodies]
+    counts = [sum(one.item_count for one in body.elements) for body in bodies]
     elements = np.cumsum([edges[-1], *counts]).tolist()
     # Joints know the nodes of the net.
     firsts = [*nodes[: len(bodies)], *(0 for _ in joints)]
@@ -279,7 +279,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         blocks=tuple(blocks),
         skin_elements=_skin_elements(skin, blocks),
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
-        cutting=_cutting(bodies, parts, blocks),
+        cutting=_cutting(bodies, parts, blocks, elements[0]),
         edges=behind_one_another([*every_end], np.int32, (2,)),
     )
 
@@ -315,13 +315,9 @@ def _element_blocks(
             and ``elements``.
         position: Of all nodes [m], shape (node, 3).
     """
-    if not any(body.elements for body in bodies):
-        return []
-    from tissuec.compiler.elements.bodies import element_blocks
-
     blocks: list[FieldBlock] = []
     for body, n, edge, one in zip(bodies, nodes, edges, elements, strict=False):
-        blocks += element_blocks(body.elements, position, n, one)
+        blocks += [each.placed(n, one).block for each in body.elements]
         if body.bends is not None:
             breaks = one if body.body.may_rupture else None
             blocks.append(body.bends.block(position, n, body.mesh.ends + n, edge, breaks))
@@ -340,13 +336,18 @@ def _cutting(
     bodies: Sequence[BodyArrays],
     parts: "Sequence[BodyArrays | JointArrays]",
     blocks: Sequence[FieldBlock],
+    first: int,
 ) -> CuttingResistance | None:
-    """Return the resistance to cuts; None if blades need no energy anywhere."""
-    elements = (one.resistance for body in bodies for one in body.elements)
-    names = (block.name for block in blocks if block.kind in ("elements", "membranes"))
-    return joined_resistance(
-        [part.resistance for part in parts], dict(zip(names, elements, strict=True))
-    )
+    """Return the resistance to cuts; None if blades need no energy anywhere.
+
+    Args:
+        first: The first of all elements as an entity.
+    """
+    every = [b.element_resistance for b in bodies if b.element_resistance is not None]
+    each = behind_one_another(every, float)
+    fields = {block.name: block.field for block in blocks if block.kind in OF_ELEMENTS}
+    elements = {name: each[field.walls - first] for name, field in fields.items()}
+    return joined_resistance([part.resistance for part in parts], elements)
 
 
 def _body_part(

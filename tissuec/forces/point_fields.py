@@ -494,6 +494,10 @@ class PointField(ElementField, frozen=True, dict=True):
 
     # --- memory -------------------------------------------------------------------------------
 
+    def placed(self, node: int, entity: int) -> Self:
+        """Return the same elements behind other nodes and entities."""
+        return replace(self, nodes=self.nodes + node, walls=self.walls + entity)
+
     @property
     def stored_tensors(self) -> tuple[StoredTensors, ...]:
         """Return the tensors of branches, and that of plastic strain."""

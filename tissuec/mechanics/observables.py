@@ -25,6 +25,7 @@ from tissuec.forces.acting.embedding import EmbeddedNodes
 from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import flat, reach
 from tissuec.mechanics.state import ALL, State
+from tissuec.model.blocks import OF_ELEMENTS
 from tissuec.model.network import Floats, Indices, Network
 
 TOGETHER = 1 << 18  # springs that are evaluated at once: more need much memory, and take longer
@@ -257,7 +258,7 @@ def energy_within(state: State, position: Floats, velocity: Floats, nodes: Indic
     inside = np.zeros(position.shape[-2], dtype=bool)
     inside[nodes] = True
     total = np.zeros(position.shape[:-2])
-    for field in state.of_kind("elements", "membranes", "plates"):
+    for field in state.of_kind(*OF_ELEMENTS, "plates"):
         own = field.intact(state.alive)
         own = own.without(np.flatnonzero(~inside[own.nodes].all(axis=1)))
         total = total + own.recalling(velocity).energy(0.0, position)

@@ -16,7 +16,7 @@ from tissuec.forces.acting.load import Drag, Load, LoadTerm, Nodal, Weight, tota
 from tissuec.forces.effects import Effect
 from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
-from tissuec.model.blocks import EMBEDDING, KINDS, SYMMETRY, FieldBlock
+from tissuec.model.blocks import EMBEDDING, KINDS, OF_ELEMENTS, SYMMETRY, FieldBlock
 from tissuec.model.edges import edges_of, elements_at, without
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
@@ -421,7 +421,7 @@ class State(Struct, eq=False):
     @property
     def elements(self) -> tuple[Any, ...]:
         """Return the elements of solids and walls."""
-        return self.of_kind("elements", "membranes")
+        return self.of_kind(*OF_ELEMENTS)
 
     @property
     def enclosures(self) -> "dict[str, Enclosure]":

@@ -19,6 +19,8 @@ KINDS = (
     "contact",
     "jet",
 )
+#: Kinds of finite elements that resist deformation: solids and walls.
+OF_ELEMENTS = ("elements", "membranes")
 #: Kinds whose forces follow those of all others, of ``force`` blocks as well, in this order.
 EMBEDDING, SYMMETRY = "embedding", "symmetry"
 

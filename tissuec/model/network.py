@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import largest_side
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
-from tissuec.model.blocks import EMBEDDING, FieldBlock, NetSize
+from tissuec.model.blocks import EMBEDDING, OF_ELEMENTS, FieldBlock, NetSize
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs
 from tissuec.model.topology import PairIndex
@@ -317,7 +317,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     @property
     def elements(self) -> tuple[Any, ...]:
         """Return all ``solids.elements.SolidElements`` and ``surfaces.membranes.Membranes``."""
-        return self.of_kind("elements", "membranes")
+        return self.of_kind(*OF_ELEMENTS)
 
     def elements_of(self, body: str) -> tuple[Any, ...]:
         """Return the elements of a body, shape by shape."""

@@ -18,7 +18,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 
 from tissuec.core.structs import replace
 from tissuec.mechanics.state import State
-from tissuec.model.blocks import FieldBlock
+from tissuec.model.blocks import OF_ELEMENTS, FieldBlock
 from tissuec.model.network import ELEMENTS, Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
 from tissuec.validate.forces.activation import ActiveFibres
@@ -77,7 +77,7 @@ def rest(state: State, chosen: NDArray[np.bool_]) -> None:
 
 def relaxed(block: FieldBlock) -> FieldBlock:
     """Return a block without branches of elements, which have given way for good."""
-    if block.kind not in ("elements", "membranes"):
+    if block.kind not in OF_ELEMENTS:
         return block
     return replace(block, field=replace(block.field, branches=None))
 

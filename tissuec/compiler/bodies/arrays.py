@@ -23,8 +23,9 @@ from tissuec.scene.reading.findings import Findings
 from tissuec.scene.reading.values import LARGEST_NUMBER
 
 if TYPE_CHECKING:  # which few nets need
-    from tissuec.compiler.elements.bodies import BodyElements
     from tissuec.compiler.elements.membranes import WallBending
+    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.surfaces.membranes import Membranes
 
 #: Arrays whose entries are finite, and what they are called.
 _FINITE = {
@@ -52,7 +53,8 @@ class BodyArrays(Struct, frozen=True, eq=False):
     thread: ThreadBody | None  # numbered within the body
     friction: SurfaceFriction
     resistance: SpringResistance
-    elements: "tuple[BodyElements, ...]" = ()
+    elements: "tuple[SolidElements | Membranes, ...]" = ()  # numbered within the body
+    element_resistance: Floats | None = None  # that blades meet [J/m²], shape (element,)
     bends: "WallBending | None" = None  # of a wall of elements
     breaking: Provenance | None = None  # origins of the limits of elements
     weighing: Floats | None = None

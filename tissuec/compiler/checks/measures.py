@@ -18,6 +18,7 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang.words import written_name
+from tissuec.model.blocks import OF_ELEMENTS
 from tissuec.model.topology import pieces
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.needs import NEEDS
@@ -30,7 +31,7 @@ from tissuec.script.verbs.press import Press
 from tissuec.script.verbs.push import Push
 
 #: Kinds of blocks whose forces on all nodes of a body cancel.
-_INNER = ("elements", "membranes", "plates", "activation")
+_INNER = (*OF_ELEMENTS, "plates", "activation")
 
 
 #: A measure, what it is taken of, and the place that names both.
@@ -207,7 +208,7 @@ def _stores_energy(compiled: Compiled, subject: Subject) -> bool:
     if subject.nodes is None or len(network.springs_among(subject.lines)):
         return True
     inside = _chosen(compiled, subject)
-    fields = network.of_kind("elements", "membranes", "plates")
+    fields = network.of_kind(*OF_ELEMENTS, "plates")
     return any(bool(inside[field.nodes].all(axis=1).any()) for field in fields)
 
 

@@ -8,9 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
-from msgspec import Struct
 
-from tissuec.compiler.bodies.drawn import Drawing
+from tissuec.compiler.bodies.drawn import Drawing, refuse_sizes
 from tissuec.compiler.elements.branches import branches_of
 from tissuec.compiler.elements.inertia import turning_masses
 from tissuec.compiler.elements.limits import LimitReader
@@ -33,12 +32,11 @@ from tissuec.laws.formula import Constant, replaced
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.solid.invariants import NeoHookean
 from tissuec.laws.uniaxial import OfTension
-from tissuec.meshes.elements import TRIANGLE, node_shares
+from tissuec.meshes.elements import node_shares
 from tissuec.meshes.generators import ElementMesh
 from tissuec.meshes.generators.round_solids import ThickTube, along_and_around
-from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
-from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
+from tissuec.model.network import Explained, Floats, Origin, Provenance
 from tissuec.scene.bodies.elements import note_of, refuse
 from tissuec.scene.bodies.fibres import AXIAL, SECOND_FIBRES, Direction, Helix
 from tissuec.scene.bodies.prestress import PRESTRESS, examples
@@ -55,9 +53,9 @@ from tissuec.scene.tissues.quantities import (
 from tissuec.script.verbs.cut_surface import Blade
 
 if TYPE_CHECKING:
-    from tissuec.forces.solids.elements import SolidMaterial
+    from tissuec.forces.solids.elements import SolidElements
     from tissuec.forces.solids.solid_strain import Prestretch, SolidFibres
-    from tissuec.forces.surfaces.membranes import MembraneMaterial
+    from tissuec.forces.surfaces.membranes import Membranes
 
 STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
 POISSON = 0.25  # of tissues that give none
@@ -66,26 +64,6 @@ POISSON = 0.25  # of tissues that give none
 INCOMPRESSIBLE = 0.4997
 #: Quantities of springs that elements do not have.
 _OF_SPRINGS = (*CONSTANTS, LIMIT, VISCOSITY)
-
-
-class BodyElements(Struct, frozen=True, eq=False):
-    """The elements of one shape of a body, with nodes and springs numbered within it.
-
-    Attributes:
-        body: The name of the body.
-        shape: As in ``geometry.elements.SHAPES``, or ``TRIANGLE``.
-        nodes: Shape (element, node).
-        material: What they are made of.
-        span: The entry that requires them.
-        resistance: Energy by area that blades need [J/m²], shape (element,).
-    """
-
-    body: str
-    shape: str
-    nodes: Indices
-    material: "SolidMaterial | MembraneMaterial"
-    span: Span
-    resistance: Floats
 
 
 class ElementReader:
@@ -118,28 +96,42 @@ class ElementReader:
         """Return the weight of each node as a mass [kg], shape (node,)."""
         return self._mass(self._lumped)[0]
 
-    def elements(self) -> tuple[BodyElements, ...]:
-        """Return the elements with their moduli, shape by shape."""
+    def elements(self) -> "tuple[SolidElements | Membranes, ...]":
+        """Return the elements shape by shape, with nodes and entities counted in the body."""
         laws = tuple(map(self._law, self.parts.materials))
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
+        from tissuec.forces.solids.bent_elements import kind_of
         from tissuec.forces.solids.elements import SolidMaterial
 
+        viscosity = self._checked(shear, bulk)
         material = SolidMaterial(
-            shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
+            shear, bulk, viscosity, self.part.astype(np.int64), laws,
             self._fibres(), self._prestretch(), self.limits.limits,
             branches_of(self.parts, self.part, shear, 3),
             yielding_of(self.parts, self.part, 3),
         )  # fmt: skip
-        resistance = resistance_of_parts(self.parts)
-        found: list[BodyElements] = []
+        mesh, name, span = self.drawing.mesh, self.body.name, self.made.span
+        found: list[SolidElements] = []
         first = 0
-        for one in self.drawing.mesh.elements:
-            own = np.arange(first, first + len(one.nodes))
+        for one in mesh.elements:
+            own, shape = np.arange(first, first + len(one.nodes)), SHAPES[one.shape]
+            parts = name, shape, one.nodes, mesh.position, material.some(own), first, span
+            found.append(kind_of(shape).of(*parts))
             first += len(own)
-            parts = self.body.name, one.shape, one.nodes, material.some(own), self.made.span
-            found.append(BodyElements(*parts, resistance[self.part[own]]))
         return tuple(found)
+
+    @property
+    def resistance(self) -> Floats:
+        """Return the energy by area that blades need [J/m²], shape (element,)."""
+        return resistance_of_parts(self.parts)[self.part]
+
+    def _checked(self, shear: Floats, bulk: Floats) -> Floats:
+        """Return viscosities [Pa s], shape (element,); reject what is too large to compute."""
+        viscosity = self._viscosity(shear)
+        moduli = np.concatenate([shear, bulk, viscosity])
+        refuse_sizes(self.body, {"modulus or viscosity": moduli}, self.findings)
+        return viscosity
 
     # --- quantities of parts ------------------------------------------------------------------
 
@@ -442,40 +434,3 @@ def turned_around(axis: Floats, ahead: Floats, direction: str | Helix) -> Floats
     if isinstance(direction, Helix):
         return np.cos(direction.angle) * ahead + np.sin(direction.angle) * axis
     return axis if direction == AXIAL else ahead
-
-
-def element_blocks(
-    elements: Sequence[BodyElements], position: Floats, first_node: int, first: int
-) -> list[FieldBlock]:
-    """Return the blocks of the elements of one body.
-
-    Args:
-        elements: Shape by shape.
-        position: Of all nodes of the network [m], shape (node, 3).
-        first_node: Number of the first node of the body.
-        first: The first of the elements as an entity of the network.
-    """
-    found: list[FieldBlock] = []
-    for one in elements:
-        found.append(_block(one, position, one.nodes + first_node, first))
-        first += len(one.nodes)
-    return found
-
-
-def _block(elements: BodyElements, position: Floats, nodes: Indices, first: int) -> FieldBlock:
-    """Return the block of elements of one shape; see ``element_blocks``.
-
-    Args:
-        nodes: In the network, shape (element, node).
-    """
-    if elements.shape == TRIANGLE:
-        from tissuec.forces.surfaces.membranes import Membranes
-
-        wall = cast("MembraneMaterial", elements.material)
-        own = elements.body, nodes, position, wall, first, elements.span
-        return Membranes.of(*own).block
-    from tissuec.forces.solids.bent_elements import kind_of
-
-    shape, solid = SHAPES[elements.shape], cast("SolidMaterial", elements.material)
-    own = elements.body, shape, nodes, position, solid, first, elements.span
-    return kind_of(shape).of(*own).block

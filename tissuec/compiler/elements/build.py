@@ -2,10 +2,8 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from tissuec.compiler.bodies.arrays import BodyArrays, check_sizes, initial_velocity
-from tissuec.compiler.bodies.drawn import Drawing, refuse_sizes
+from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.contact.surface_friction import friction_of
 from tissuec.compiler.elements.bodies import ElementReader
 from tissuec.compiler.elements.membranes import MembraneReader
@@ -26,9 +24,6 @@ def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]
     (mass, origins), elements = reader.mass(), reader.elements()
     velocity = initial_velocity(drawing, mass)
     check_sizes(body, {"mass": mass, "velocity": velocity}, findings)
-    materials = [one.material for one in elements]
-    moduli = [value for one in materials for value in (one.shear, one.bulk, one.viscosity)]
-    refuse_sizes(body, {"modulus or viscosity": np.concatenate(moduli)}, findings)
     return BodyArrays(
         body,
         drawing.mesh,
@@ -43,6 +38,7 @@ def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]
         friction=friction_of(drawing),
         resistance=SpringResistance.none(0),
         elements=elements,
+        element_resistance=reader.resistance,
         bends=reader.bending() if isinstance(reader, MembraneReader) else None,
         breaking=reader.limits.known(reader.part),
         weighing=None if body.is_wall else reader.weights() / mass,

@@ -17,7 +17,7 @@ from tissuec.core.names import key_of
 from tissuec.geometry.edges import TriangleIndex
 from tissuec.meshes.elements import TRIANGLE
 from tissuec.meshes.generators import ElementMesh
-from tissuec.model.blocks import FieldBlock
+from tissuec.model.blocks import OF_ELEMENTS, FieldBlock
 from tissuec.model.network import Indices, Origin, Provenance
 from tissuec.scene.bodies.elements import note_of, refuse
 from tissuec.scene.model import AssignedQuantity, Body
@@ -43,7 +43,7 @@ def skin_elements(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indi
         skin: Corners, shape (triangle, 3).
         blocks: Of elements.
     """
-    fields = (b.field for b in blocks if b.kind in ("elements", "membranes"))
+    fields = (b.field for b in blocks if b.kind in OF_ELEMENTS)
     able = [cast("PointField", field) for field in fields if field.limits is not None]
     if not able:
         return None

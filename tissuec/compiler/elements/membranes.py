@@ -4,16 +4,16 @@ A wall of the thickness t resists bending with the rigidity E t³ / (12 (1 - ν�
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.drawn import Drawing
-from tissuec.compiler.elements.bodies import BodyElements, ElementReader, turned_around
+from tissuec.compiler.elements.bodies import ElementReader, turned_around
 from tissuec.compiler.elements.branches import branches_of
 from tissuec.compiler.elements.yielding import yielding_of
-from tissuec.compiler.materials.cutting_resistance import resistance_of_parts
 from tissuec.core.arrays import cross, norm
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
@@ -25,6 +25,9 @@ from tissuec.scene.bodies.fibres import Direction, Helix
 from tissuec.scene.bodies.prestress import PRESTRESS
 from tissuec.scene.reading.findings import Findings
 from tissuec.script.verbs.cut_surface import Blade
+
+if TYPE_CHECKING:
+    from tissuec.forces.surfaces.membranes import Membranes
 
 _ACROSS = 0.1  # part of a direction that must lie within each triangle
 
@@ -109,22 +112,22 @@ class MembraneReader(ElementReader):
         is_filled = isinstance(self.body.mesh, Imported)
         return "; for a solid, filling is tetrahedra in the mesh" if is_filled else ""
 
-    def elements(self) -> tuple[BodyElements, ...]:
-        """Return the triangles with their moduli."""
+    def elements(self) -> "tuple[Membranes, ...]":
+        """Return the triangles, with nodes and entities counted in the body."""
         laws = tuple(map(self._law, self.parts.materials))
         young, ratio = self._constants(laws)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        from tissuec.forces.surfaces.membranes import MembraneMaterial
+        from tissuec.forces.surfaces.membranes import MembraneMaterial, Membranes
 
         material = MembraneMaterial(
-            shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
+            shear, bulk, self._checked(shear, bulk), self.part.astype(np.int64), laws,
             np.full(len(self.part), self.thickness), *self._stretched(), self._fibres(),
             self.limits.limits, branches_of(self.parts, self.part, shear, 2),
             yielding_of(self.parts, self.part, 2),
         )  # fmt: skip
-        one, resistance = self.triangles, resistance_of_parts(self.parts)[self.part]
-        own = self.body.name, one.shape, one.nodes, material, self.made.span, resistance
-        return (BodyElements(*own),)
+        nodes, position = self.triangles.nodes, self.drawing.mesh.position
+        own = self.body.name, nodes, position, material, 0, self.made.span
+        return (Membranes.of(*own),)
 
     def bending(self) -> WallBending | None:
         """Return the bending stiffness of the wall; None without any."""

@@ -6,7 +6,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from tissuec.core.structs import replace
-from tissuec.model.blocks import FieldBlock
+from tissuec.model.blocks import OF_ELEMENTS, FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
 from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network, Origin
 
@@ -80,9 +80,7 @@ def with_element_memory(network: Network) -> Network:
     Strains, times the size of their elements, are multiplied as those of springs are.
     """
     blocks = [
-        block
-        for block in network.blocks
-        if block.kind in ("elements", "membranes") and block.field.remembers
+        block for block in network.blocks if block.kind in OF_ELEMENTS and block.field.remembers
     ]
     if not blocks:
         return network
