@@ -119,7 +119,7 @@ def test_each_space_is_a_cavity_of_its_own_and_leaks_alone():
     position = shaken(network, 5e-4)
     alone = forces(tube, position)
     np.testing.assert_allclose(forces(fluid.only(np.array([1])), position), alone, atol=1e-12)
-    alive = np.ones(len(network.springs.ends), dtype=bool)
+    alive = np.ones(network.entity_count, dtype=bool)
     alive[fluid.walls[fluid.walled == 0][0]] = False
     assert fluid.lost_items(alive).tolist() == [0]
     np.testing.assert_allclose(forces(fluid.intact(alive), position), alone, atol=1e-12)

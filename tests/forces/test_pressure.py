@@ -218,9 +218,9 @@ def test_faces_of_solids_are_those_of_their_elements():
 def test_a_torn_face_is_not_pressed_and_its_cap_is_lost():
     network = network_of("tube")
     field = pressure_on(network, "tube", caps=True)
-    alive = np.ones(len(network.springs.ends), dtype=bool)
+    alive = np.ones(network.entity_count, dtype=bool)
     assert field.intact(alive) is field
-    ends = network.springs.ends
+    ends = network.line_ends
     alive[np.flatnonzero((ends == [0, 1]).all(axis=1))] = False
     torn = field.intact(alive)
     assert torn.caps.count == 1 and torn.faces.triples.count < field.faces.triples.count

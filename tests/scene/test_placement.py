@@ -192,7 +192,7 @@ def test_the_smooth_surface_of_a_mirrored_tube_is_its_mirror_image_and_faces_out
     for entries in ("", ENTRIES["mirrored"]):
         compiled = resting_scene(f"mesh is tube {{ {DUCT} }}", SPRINGS, entries)
         network = compiled.network
-        alive = np.ones(len(network.springs.ends), dtype=bool)
+        alive = np.ones(network.entity_count, dtype=bool)
         skin = BodySkin.of(network, network.bodies[0]).at(alive)
         smooth = refine_grid(skin, through_nodes, 2)
         points, triangles = smooth.at(network.position), smooth.triangles

@@ -357,7 +357,7 @@ def _body_part(
     edges: tuple[int, int],
     elements: tuple[int, int],
 ) -> BodyPart:
-    """Return a body with the first and the last but one of its nodes, springs, …."""
+    """Return a body with the ranges of its nodes, springs, edges and elements."""
     mesh = body.body.mesh
     return BodyPart(
         body.body.name,

@@ -344,7 +344,7 @@ class Trajectory:
 
     @cached_property
     def lines(self) -> Indices:
-        """Network numbers of the recorded springs and edges of elements, ascending, (line,)."""
+        """Numbers of the recorded springs and edges of elements, ascending, shape (line,)."""
         return access.array(self._file, RECORDING["lines"].path)
 
     @property
