@@ -3,6 +3,7 @@
 import numpy as np
 
 from tests.validate.scenes import compiled_scene
+from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State
 
 GEL = """tissue gel {{
@@ -61,6 +62,26 @@ def glued(text=TIED, *, poisson=0.3, lag="1 ms", motion="", gravity="(0, 0, 0)",
 def standing(text):
     """Return the state of a scene as drawn."""
     return State.start(compiled_scene(text).network, gravity=np.zeros(3), drag=0.0)
+
+
+def error_of_even_motion(state, gradient, moved):
+    """Return by how much nodes that come to rest miss a uniform gradient of displacement [m].
+
+    Args:
+        moved: Which nodes are moved by it, shape (node,).
+    """
+    drawn = state.network.position
+    even = drawn + drawn @ np.array(gradient).T
+    state.holders["moved"] = np.flatnonzero(moved)
+    state.position[moved] = even[moved]
+    settle(state, np.ones(len(drawn), dtype=bool))
+    return np.abs(state.position - even).max()
+
+
+def at_ends(position):
+    """Return which nodes are at either end in x."""
+    x = position[:, 0]
+    return (x < x.min() + 1e-9) | (x > x.max() - 1e-9)
 
 
 def on_box(position):

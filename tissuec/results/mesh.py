@@ -267,7 +267,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def labels(self) -> dict[str, tuple[Place, NDArray[Any]]]:
-        """Return what has numbers that do not change with time, and these, by name.
+        """Return numbers that do not change with time, with the cells that have them, by name.
 
         They have no unit and the shape (item,), or (item, 3) of directions.
         """

@@ -131,7 +131,7 @@ def _glued(
     """Return the nodes that a glue embeds, weights and shares of mass, shape (node, node)."""
     where = glue.ends[0].span.to(glue.ends[1].span)
     first, second = groups.both(glue.ends)
-    hosts = hosts_at(network, second.indices, whole=glue.ends[1].key in groups.bodies)
+    hosts = hosts_at(network, second.indices)
     if not hosts:
         findings.reject(
             "TIS309",

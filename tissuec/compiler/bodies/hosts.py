@@ -45,12 +45,11 @@ class Hosts(NamedTuple):
         return self.shape not in ("triangle", "spring")
 
 
-def hosts_at(network: Network, nodes: Indices, *, whole: bool) -> list[Hosts]:
+def hosts_at(network: Network, nodes: Indices) -> list[Hosts]:
     """Return the elements at some nodes, or else pieces of threads, as hosts.
 
     Args:
         nodes: Of a set or body, shape (n,).
-        whole: Whether they are those of a body.
     """
     inside = np.zeros(network.node_count, dtype=bool)
     inside[nodes] = True

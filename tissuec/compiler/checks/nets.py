@@ -185,7 +185,7 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _of_zero_length(compiled: Compiled, name: str) -> str:
-    """Return what to do about springs of length zero of a body or joint."""
+    """Return the hint about springs of length zero of a body or joint."""
     why = "a spring of length zero has no direction and no force until its ends separate"
     joint = compiled.scene.joints.get(key_of(name))
     if joint is None:
