@@ -265,7 +265,7 @@ class Shown(Struct, frozen=True, eq=False):
         solid = solid_nodes(trajectory.network)[trajectory.nodes]
         notes: tuple[str, ...] = ()
         if plot.show == "springs" and solid.any():
-            notes = ("springs inside and behind solid bodies are not drawn",)
+            notes = ("springs and edges inside and behind solid bodies are not drawn",)
         return cls(
             trajectory, plot.show, chosen, view, points, scale, box, numbers, solid,
             instruments, notes,
