@@ -250,31 +250,32 @@ def test_the_manual_lists_every_folder_in_the_order_of_the_contracts(repository)
 
 # --- terms ------------------------------------------------------------------------------------
 
-#: What only makes sense while edges of elements are springs; they are lines of their own.
-EDGES_AS_SPRINGS = re.compile(
+#: What only makes sense while edges of elements are springs, or nodes keep internal variables.
+FORMER_TERMS = re.compile(
     r"springs?\s+(?:(?:are|run)\s+)?(?:along\s+)?(?:the|its|their)?\s*edges?\s+of\s+(?:\w+\s+)?elements?"
     r"|edges?\s+of\s+(?:\w+\s+)?elements?\s+(?:are|count\s+as)\s+springs"
     r"|springs\s+are\s+(?:its|their)\s+edges"
     r"|\bspring_?s?\.is_edge|\bnetwork\.is_edge\b|\bshown_springs\b"
+    r"|hidden[\s_]+nodes?\b"
 )
 
 
-def test_edges_of_elements_are_not_called_springs():
+def test_edges_are_not_called_springs_nor_variables_nodes():
     root = ROOT.parent
     texts = [*ROOT.rglob("*.py"), *(root / "docs").rglob("*.md"), root / "README.md"]
-    found = {path.name: _as_springs(path.read_text(encoding="utf-8")) for path in texts}
+    found = {path.name: _former(path.read_text(encoding="utf-8")) for path in texts}
     assert {name: phrases for name, phrases in found.items() if phrases} == {}
 
 
-def _as_springs(text: str) -> list[str]:
-    return [match[0] for match in EDGES_AS_SPRINGS.finditer(text)]
+def _former(text: str) -> list[str]:
+    return [match[0] for match in FORMER_TERMS.finditer(text)]
 
 
-def test_edges_that_are_called_springs_are_found():
+def test_former_terms_are_found():
     former = [
         "Springs along the edges of elements", "its springs are edges of finite elements",
         "Edges of elements are springs without", "whose springs are their edges",
-        "shown_springs",
+        "shown_springs", "velocities of hidden nodes", "hidden_nodes",
     ]  # fmt: skip
-    assert all(_as_springs(text.lower()) for text in former)
-    assert not _as_springs("springs and edges of elements; edges of elements are no springs")
+    assert all(_former(text.lower()) for text in former)
+    assert not _former("springs and edges of elements; edges of elements are no springs")

@@ -4,6 +4,7 @@ import numpy as np
 from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene
+from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source, Span
 from tissuec.core.structs import replace
@@ -126,10 +127,26 @@ def contact_of(compiled):
 def by_loops(contact, position, velocity):
     """Return forces, power lost and ``Touches`` as the loops of the engine leave them."""
     own = replace(contact, stride=0.1)
-    table = own.table(np.arange(len(position)), None, position)
-    forces, power = np.zeros(position.size), np.zeros(2)
-    own.kernel(0.0, position.ravel(), velocity.ravel(), forces, power, table)
-    return forces.reshape(-1, 3), power[1], table.touches
+    table = own.table(np.arange(len(velocity)), None, position)
+    places, forces, power = in_rows(position, velocity), np.zeros(velocity.size), np.zeros(2)
+    own.kernel(0.0, places.ravel(), velocity.ravel(), forces, power, table)
+    return forces.reshape(-1, 3)[: len(position)], power[1], table.touches
+
+
+def in_rows(position, velocity):
+    """Return positions of nodes, and 0 for the internal variables behind velocities."""
+    return np.concatenate([position, np.zeros((len(velocity) - len(position), 3))])
+
+
+def evaluated(field, tables, position, velocity):
+    """Return forces [N], shape (node, 3), and powers [W] of the loops of some tables."""
+    forces, power = np.zeros_like(velocity), np.zeros(2)
+    places = in_rows(position, velocity)
+    for table in tables:
+        own, call = np.zeros(2), kernel_on(field.kernel, table)
+        call(0.0, places.ravel(), velocity.ravel(), forces.reshape(-1), own)
+        power += own
+    return forces[: len(position)], power
 
 
 def contact_with(

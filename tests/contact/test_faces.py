@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.contact.scenes import play
+from tests.contact.scenes import evaluated, play
 from tests.validate.scenes import compiled_scene
-from tissuec.compiled.calls import kernel_on
 from tissuec.forces.contact.bristle_kernel import SLIDES, cut_bristles
 from tissuec.forces.contact.points import NO_FACE
 from tissuec.forces.contact.readings import extent_at
@@ -32,10 +31,9 @@ simulate {{ duration = 1 ms }}
 
 
 def deformed(network, size=2e-4):
-    """Return positions and velocities of all nodes, disturbed."""
-    chance = np.random.default_rng(3)
-    position = network.position + size * chance.standard_normal(network.position.shape)
-    return position, 0.1 * chance.standard_normal(network.position.shape)
+    """Return positions of nodes, and velocities with bristles behind them, disturbed."""
+    shift, speed = np.random.default_rng(3).standard_normal((2, network.row_count, 3))
+    return network.position + size * shift[: network.node_count], 0.1 * speed
 
 
 def forces(contact, position, velocity):
@@ -177,22 +175,20 @@ def test_bristles_are_cut_and_slip_as_in_the_reference(name, friction):
     network = rubbed(TOOLS[name], friction)
     contact, (position, velocity) = network.contact, deformed(network)
     velocity[contact.memory] *= contact.rate * 1e-3
-    table = contact.table(np.arange(len(position)), None, position)
+    table = contact.table(np.arange(len(velocity)), None, position)
     listed = np.searchsorted(contact.memory, table.touches.memory)
     velocity[np.delete(contact.memory, listed)] = 0.0  # as the engine has them
     reference, pairs = ContactForce(contact), contact.near(position, 0.0)
     found, expected = velocity.copy(), velocity.copy()
-    call = kernel_on(contact.kernel, table)
     for cuts in range(2):
-        forces, power = np.zeros_like(position), np.zeros(2)
-        call(0.0, position.ravel(), found.ravel(), forces.reshape(-1), power)
+        forces, _ = evaluated(contact, [table], position, found)
         touching = reference.at(position, expected, pairs)
         assert np.abs(forces - touching.force).max() < 1e-8 * np.abs(forces).max()
         rates = np.zeros((len(contact.memory), 3))
         rates[listed] = table.touches.bent[:, :3]
         scale = np.abs(rates).max()
         assert np.abs(rates - touching.bristle_rates).max() < 1e-8 * scale
-        change = np.zeros_like(position)
+        change = np.zeros_like(found)
         change[contact.memory] = rates
         grew = (change * found)[contact.memory].sum(axis=1)
         cut_bristles(found.reshape(-1), change.reshape(-1), table.touches)

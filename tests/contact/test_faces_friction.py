@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.contact.scenes import gap_of_balance, play
+from tests.contact.scenes import evaluated, gap_of_balance, play
 from tests.validate.scenes import compiled_scene, silent
 from tests.whole_runs import same_on_threads, same_when_resumed
-from tissuec.compiled.calls import kernel_on
 from tissuec.forces.contact.contact import Contact
 from tissuec.validate.validation import validate
 
@@ -84,17 +83,12 @@ def test_parts_of_threads_do_the_same_to_the_last_bit(monkeypatch):
     contact, chance = network.contact, np.random.default_rng(4)
     position = network.position + 1e-4 * chance.standard_normal(network.position.shape)
     position[network.tools[0].nodes, 2] -= 1e-3
-    velocity = chance.standard_normal(position.shape)
-    place, found = np.arange(len(position)), []
+    velocity = chance.standard_normal((network.row_count, 3))
+    place, found = np.arange(len(velocity)), []
     for parts in (1, 2, 3):
         table = contact.table(place, None, position)
-        forces, power = np.zeros_like(position), np.zeros(2)
-        for group in contact.in_parts(table, parts):
-            for part in group:
-                own = np.zeros(2)
-                call = kernel_on(contact.kernel, part)
-                call(0.0, position.ravel(), velocity.ravel(), forces.reshape(-1), own)
-                power += own
+        every = [part for group in contact.in_parts(table, parts) for part in group]
+        forces, power = evaluated(contact, every, position, velocity)
         found.append((forces.tobytes(), power.tobytes(), table.touches.bent.tobytes()))
     assert np.abs(forces).max() > 1e-3
     assert len(set(found)) == 1

@@ -25,9 +25,8 @@ def cloud(friction="0", damping="0 s/m"):
 def random_state(network, seed, *, moving=True):
     """Return positions and velocities near those drawn; bristles are bent by 0.4 mm or so."""
     random = np.random.default_rng(seed)
-    position, velocity = network.position.copy(), np.zeros_like(network.position)
-    shown = network.shown_nodes
-    position[:shown] += 1e-4 * random.normal(size=(shown, 3))
+    position, velocity = network.position.copy(), np.zeros((network.row_count, 3))
+    position += 1e-4 * random.normal(size=position.shape)
     if moving:
         velocity = 0.3 * random.normal(size=velocity.shape)
     return position, velocity
@@ -117,8 +116,7 @@ def test_what_is_lost_is_what_is_done_by_all_and_not_stored(friction):
     h = 1e-7
     for seed in STATES:
         position, velocity = random_state(network, seed)
-        shown = np.arange(network.node_count) < network.shown_nodes
-        moving = velocity * shown[:, None]
+        moving = velocity[: network.node_count]
         done = np.vdot(forces(contact, position, velocity), moving)
         ahead, behind = (
             float(contact.energy(0.0, position + sign * h * moving)) for sign in (1.0, -1.0)
@@ -171,8 +169,7 @@ def test_friction_is_never_more_than_coulomb_allows_and_lies_in_the_surface(tool
     network, body = rough.network, slice(0, rough.network.body_nodes)
     for seed in STATES:
         position, velocity = random_state(network, seed)
-        shown = slice(0, network.shown_nodes)
-        pressed = forces(contact_of(smooth), position[shown], velocity[shown])[body]
+        pressed = forces(contact_of(smooth), position, velocity[: len(position)])[body]
         rubbed = forces(contact_of(rough), position, velocity)[body] - pressed
         size, friction = (np.linalg.norm(each, axis=1) for each in (pressed, rubbed))
         assert np.abs(np.einsum("nk,nk->n", pressed, rubbed)).max() <= 1e-12 * size.max() ** 2

@@ -132,7 +132,7 @@ def passes(played):
     if threads:
         ends = network.springs.ends[threads[0].pieces].T
     else:
-        ends = np.arange(network.body_nodes, network.shown_nodes).reshape(-1, 2).T
+        ends = np.arange(network.body_nodes, network.node_count).reshape(-1, 2).T
     first, second = (position[:, end] for end in ends)
     on_axis = first[:, :, None] * (1.0 - share) + second[:, :, None] * share
     on_axis = on_axis.reshape(len(position), -1, 1, 3)

@@ -120,7 +120,7 @@ def test_a_scene_without_contact_pays_nothing():
     without = compiled_scene(pressed(contact="off", tool="", script="").replace("probe", ""))
     plan, network = without.plan, without.network
     assert network.contact is None
-    assert network.node_count == network.body_nodes == network.shown_nodes
+    assert network.row_count == network.body_nodes == network.node_count
     state = State.start(network, gravity=plan.gravity, drag=plan.drag)
     assert state.fields == ()
     layout = KernelInputs(network, watched=False, ledger=False)
@@ -133,11 +133,11 @@ def test_a_scene_without_contact_pays_nothing():
 def test_without_friction_nothing_is_remembered():
     compiled = compiled_scene(pressed(contact="tools only"))
     network = compiled.network
-    assert network.node_count == network.shown_nodes == network.body_nodes + 2
+    assert network.row_count == network.node_count == network.body_nodes + 2
     assert "friction: none" in list(skipped(compiled))
     rubbed = compiled_scene(pressed()).network
-    assert rubbed.node_count == rubbed.shown_nodes + rubbed.body_nodes
-    assert rubbed.shown_nodes == network.shown_nodes
+    assert rubbed.row_count == rubbed.node_count + rubbed.body_nodes
+    assert rubbed.node_count == network.node_count
 
 
 FALLEN = """language 1

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.contact.scenes import evaluated
 from tests.contact.test_faces import slab
-from tissuec.compiled.calls import kernel_on
 from tissuec.forces.contact.bristle_kernel import SLIDES, SLIPS
 
 
@@ -15,16 +15,14 @@ def test_what_slips_bears_the_whole_friction_until_it_turns_back(speed, slips):
     )
     contact, position = network.contact, network.position
     body = slice(0, network.body_nodes)
-    velocity = np.zeros_like(position)
+    velocity = np.zeros((network.row_count, 3))
     velocity[body, 0] = speed
     # As pressures have risen since, bristles have half of the length at which they slip.
     length = 0.2 * (0.1e-3 - 0.5 * contact.layer)
     velocity[contact.memory, 0] = contact.rate * length
-    table = contact.table(np.arange(len(position)), None, position)
+    table = contact.table(np.arange(len(velocity)), None, position)
     table.touches.bent[:, SLIDES] = 1.0
-    forces, power = np.zeros_like(position), np.zeros(2)
-    call = kernel_on(contact.kernel, table)
-    call(0.0, position.ravel(), velocity.ravel(), forces.reshape(-1), power)
+    forces, power = evaluated(contact, [table], position, velocity)
     along, _, normal = forces[body].sum(axis=0)
     share = 1.0 if slips else 0.5
     assert normal < 0.0
@@ -50,16 +48,14 @@ def test_in_an_implicit_stage_bristles_bend_by_its_velocity_in_any_direction(poi
     )
     contact, position = network.contact, network.position
     along = np.ones(3) - np.abs(normal)
-    velocity, lag = np.zeros_like(position), 1e-3
+    velocity, lag = np.zeros((network.row_count, 3)), 1e-3
     speed = np.array([3e-3, -5e-3, 7e-3]) * along
     velocity[: network.body_nodes] = speed
     begun = np.array([4e-6, 1e-6, -6e-6]) * along
     velocity[contact.memory] = contact.rate * begun
-    table = contact.table(np.arange(len(position)), None, position)
+    table = contact.table(np.arange(len(velocity)), None, position)
     table.touches.lag[0] = lag
-    forces, power = np.zeros_like(position), np.zeros(2)
-    call = kernel_on(contact.kernel, table)
-    call(0.0, position.ravel(), velocity.ravel(), forces.reshape(-1), power)
+    forces, _ = evaluated(contact, [table], position, velocity)
     total = forces[: network.body_nodes].sum(axis=0)
     pressure = total @ np.array(normal)
     depth = 0.1e-3 - 0.5 * contact.layer

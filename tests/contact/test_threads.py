@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from tests.contact.scenes import evaluated
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import same_on_threads
-from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.prediction import state_at_start
 from tissuec.forces.contact import contact
 from tissuec.kernels.thread_loops import UNDIVIDED
@@ -44,19 +44,18 @@ def touching(request):
     compiled = compiled_scene(SCENE.replace("friction = 0.3", request.param))
     field, position = state_at_start(compiled).contact, compiled.network.position.copy()
     position[position[:, 2] > 0.121, 2] -= 1e-3
-    table = field.table(np.arange(len(position)), None, position)
+    velocity = np.random.default_rng(2).normal(0.0, 0.1, (compiled.network.row_count, 3))
+    table = field.table(np.arange(len(velocity)), None, position)
     touches = table.touches
     assert len(touches.shape) > contact.WORTHWHILE
     assert (len(touches.memory) > 0) == (request.param != "friction = 0")
-    return field, table, position, np.random.default_rng(2).normal(0.0, 0.1, position.shape)
+    return field, table, position, velocity
 
 
-def evaluated(field, groups, position, velocity):
+def outcome(field, groups, position, velocity):
     """Return the forces, the powers and the rates of bristles of some groups of tables."""
-    forces, power = np.zeros_like(position), np.zeros(2)
-    state = position.reshape(-1), velocity.reshape(-1)
-    for table in (table for group in groups for table in group):
-        kernel_on(field.kernel, table)(0.0, *state, forces.reshape(-1), power)
+    every = [table for group in groups for table in group]
+    forces, power = evaluated(field, every, position, velocity)
     touches = groups[0][0].touches
     return forces, power, touches.bent.copy(), touches.bends.copy()
 
@@ -66,9 +65,9 @@ def test_parts_do_the_same_to_the_last_bit(touching, parts):
     field, table, position, velocity = touching
     groups = field.in_parts(table, parts)
     assert [len(group) for group in groups] == [parts, 1]
-    whole = evaluated(field, [[table]], position, velocity)
+    whole = outcome(field, [[table]], position, velocity)
     table.touches.bent[:] = table.touches.bends[:] = 0.0
-    found = evaluated(field, groups, position, velocity)
+    found = outcome(field, groups, position, velocity)
     assert np.abs(whole[0]).max() > 0.0 < whole[1][1] and whole[3][0] > 100
     assert all(np.array_equal(one, other) for one, other in zip(whole, found, strict=True))
 

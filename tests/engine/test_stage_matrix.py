@@ -75,15 +75,15 @@ def moved_state(case):
     if state.symmetry is not None:
         shift[state.symmetry.nodes, 1] = 0.0
     state.position += np.where(state.held[:, None], 0.0, shift)
-    memory = state.network.memory
+    memory = state.network.internal_rows
     state.velocity[memory] = 0.02 * random.normal(size=state.velocity[memory].shape)
     return state
 
 
 def unknowns(state):
     """Return the components of free nodes and of what is remembered, ascending."""
-    free = ~state.held
-    free[state.network.memory] = True
+    rows = state.network.row_count - state.network.node_count
+    free = np.append(~state.held, np.ones(rows, dtype=bool))
     found = np.repeat(free, 3)
     if state.symmetry is not None:
         found[3 * state.symmetry.nodes + 1] = False
@@ -94,11 +94,10 @@ def by_differences(state, q, along):
     """Return (1 - q ∂a/∂v - q² ∂a/∂x) times a direction, by differences, shape (node, 3).
 
     Args:
-        along: Of nodes and of what is remembered, shape (node, 3).
+        along: Of nodes and of what is remembered, shape (node + row, 3).
     """
     found = along.copy()
-    moved = along.copy()
-    moved[state.network.memory] = 0.0  # only their rates count
+    moved = along[: state.network.node_count]
     for part, factor, way, step in (
         (state.velocity, q, along, 1e-5),
         (state.position, q * q, moved, 1e-8),
@@ -126,7 +125,7 @@ def solved(state, q, residual):
 
 
 def residuals(state, seed=1):
-    flat = np.zeros(state.position.size)
+    flat = np.zeros(state.velocity.size)
     chosen = unknowns(state)
     flat[chosen] = np.random.default_rng(seed).normal(size=len(chosen))
     return flat.reshape(-1, 3)

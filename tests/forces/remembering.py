@@ -1,4 +1,4 @@
-"""Elements that remember in hidden nodes: rates, and checks that solids and walls share."""
+"""Elements with internal variables: rates, and checks that solids and walls share."""
 
 import numpy as np
 import pytest
@@ -12,12 +12,16 @@ from tissuec.validate.yielding import RelaxingFields
 FASTEST = 300.0  # [1/s]
 
 
-def with_hidden_nodes(made, position):
-    """Return elements that remember in nodes behind all others, and places of all nodes."""
-    made = made.stored(len(position), FASTEST)
-    hidden = np.zeros((len(made.hidden), 3))
-    assert made.hidden.tolist() == list(range(len(position), len(position) + len(hidden)))
-    return made, np.concatenate([position, hidden])
+def with_rows(made, position):
+    """Return elements that remember in rows behind those of nodes, and places of nodes."""
+    made, count = made.stored(len(position), FASTEST), len(position)
+    assert made.internal_rows.tolist() == list(range(count, count + len(made.internal_rows)))
+    return made, position
+
+
+def at_rest(made, position):
+    """Return velocities and variables of elements that have not been deformed."""
+    return np.zeros((len(position) + len(made.internal_rows), 3))
 
 
 def own_tensors(random, size, shape):
@@ -27,35 +31,32 @@ def own_tensors(random, size, shape):
 
 
 def own_states(made, position, shape, size=0.3, seed=8):
-    """Return velocities of all nodes in which branches and flow have their own tensors.
+    """Return velocities, and variables in which branches and flow have their own tensors.
 
     Args:
         shape: Of the tensors of one branch, or of the flow: (element, point, axis, axis).
     """
     random = np.random.default_rng(seed)
-    velocity = np.zeros_like(position)
+    velocity = at_rest(made, position)
     for kept in (made.branches, made.yielding):
         if kept is not None:
             kept.keep(velocity, own_tensors(random, size, shape), np.arange(made.item_count))
     # Every number is changed by some hundredths of the largest.
-    other = 0.02 * random.normal(size=(len(made.hidden), 3))
-    velocity[made.hidden] += other * np.abs(velocity[made.hidden]).max()
+    other = 0.02 * random.normal(size=(len(made.internal_rows), 3))
+    velocity[made.internal_rows] += other * np.abs(velocity[made.internal_rows]).max()
     return velocity
 
 
 def in_motion(made, velocity):
     """Return velocities in which all other nodes move, too; what is remembered stays."""
-    moving, bodies = velocity.copy(), len(velocity) - len(made.hidden)
+    moving, bodies = velocity.copy(), len(velocity) - len(made.internal_rows)
     moving[:bodies] = np.random.default_rng(2).normal(size=(bodies, 3))
     return moving
 
 
 def moved(made, drawn, size=5e-4):
-    """Return places of all nodes in a strained state [m]; hidden ones stay."""
-    position = drawn.copy()
-    bodies = len(drawn) - len(made.hidden)
-    position[:bodies] = deformed(drawn[:bodies], size)
-    return position
+    """Return places of all nodes in a strained state [m]."""
+    return deformed(drawn, size)
 
 
 def strains(made, drawn, position):
@@ -65,19 +66,21 @@ def strains(made, drawn, position):
 
 
 def rates(made, position, velocity):
-    """Return what the kernel adds to hidden nodes, the rates of what they keep [m/s²]."""
-    found, power = np.zeros_like(position), np.zeros(2)
-    table = made.table(np.arange(len(position)), None, position)
+    """Return what the kernel adds to rows of variables, their rates [m/s²]."""
+    found, power = np.zeros_like(velocity), np.zeros(2)
+    table = made.table(np.arange(len(velocity)), None, position)
+    places = np.zeros_like(velocity)
+    places[: len(position)] = position
     kernel_on(made.kernel, table)(
-        0.0, position.ravel(), velocity.ravel(), found.reshape(-1), power
+        0.0, places.ravel(), velocity.ravel(), found.reshape(-1), power
     )
-    return found[made.hidden]
+    return found[made.internal_rows]
 
 
 def drift(made, position, velocity):
     """Return the rates of what is remembered, and of nothing else, shape (node, 3)."""
     way = np.zeros_like(velocity)
-    way[made.hidden] = rates(made, position, velocity)
+    way[made.internal_rows] = rates(made, position, velocity)
     return way
 
 
@@ -108,11 +111,10 @@ def follow_from_the_energy(made, position, velocity, *, every, matrix, rounding)
         rounding: Asymmetry of the matrix that is allowed, likewise.
     """
     known = made.recalling(velocity)
-    count, bodies = len(position), len(position) - len(made.hidden)
+    count = bodies = len(position)
     by_energy = slopes(lambda x: known.energy(0.0, x), position, range(bodies), 1e-8)
     found = forces(made, position, velocity)
-    assert not found[bodies:].any()
-    np.testing.assert_allclose(found[:bodies], by_energy, atol=2e-6 * np.abs(found).max())
+    np.testing.assert_allclose(found, by_energy, atol=2e-6 * np.abs(found).max())
     exact = known.matrix(0.0, position, np.arange(count), count).toarray()
     np.testing.assert_allclose(exact, exact.T, atol=rounding * np.abs(exact).max())
 
@@ -135,7 +137,7 @@ def tangents_agree(made, position, velocity, *, relative):
     """
     found, chance = made.memory_tangents(position, velocity), np.random.default_rng(3)
     has = found.slots >= 0
-    bodies = len(position) - len(made.hidden)
+    bodies = len(position)
 
     def kept(of):
         return np.where(has, of.reshape(-1)[np.where(has, found.slots, 0)], 0.0)
@@ -149,13 +151,14 @@ def tangents_agree(made, position, velocity, *, relative):
         )  # fmt: skip
         return (after[0] - before[0]) / 2.0, kept(after[1] - before[1]) / 2.0
 
-    none, way_x, way_v = (np.zeros_like(position) for _ in range(3))
+    none, way_x = np.zeros((2, *position.shape))
+    way_v = np.zeros_like(velocity)
     size = np.ptp(position[:bodies], axis=0).max()
     way_x[:bodies] = 1e-7 * size * chance.normal(size=(bodies, 3))
-    way_v[made.hidden] = (
-        1e-6 * np.abs(velocity).max() * chance.normal(size=(len(made.hidden), 3))
+    way_v[made.internal_rows] = (
+        1e-6 * np.abs(velocity).max() * chance.normal(size=(len(made.internal_rows), 3))
     )
-    _, rate = change(way_x, none)
+    _, rate = change(way_x, 0.0 * velocity)
     exact = np.einsum("ivax,iax->iv", found.by_position, way_x[found.nodes])
     np.testing.assert_allclose(exact, rate, atol=relative * np.abs(rate).max())
     force, rate = change(none, way_v)
@@ -175,7 +178,10 @@ def parts_agree(made, position, velocity):
     energies = [half.recalling(velocity).energy(0.0, position) for half in halves]
     energy = made.recalling(velocity).energy(0.0, position)
     assert sum(energies) == pytest.approx(energy, rel=1e-13)
-    assert sorted(np.concatenate([half.hidden for half in halves])) == made.hidden.tolist()
+    assert (
+        sorted(np.concatenate([half.internal_rows for half in halves]))
+        == made.internal_rows.tolist()
+    )
     known = made.recalling(velocity)
     for item, half in enumerate(halves):
         alone = half.only(np.array([0])).recalling(velocity).energy(0.0, position)
@@ -246,9 +252,9 @@ def rates_are_bounded(made, drawn, rate, *, least):
         step = 1e-6
         fastest = (rate(stretch, 1.0 - step)[0] - rate(stretch, 1.0 + step)[0]) / (2.0 * step)
         assert least * fastest <= rate(stretch, 1.0)[1] < 10.0 * fastest
-    at_rest = 3.0 * made.shear[0] / made.yielding.viscosity[0]
-    assert rate(1.0, 1.0)[1] == pytest.approx(at_rest, rel=1e-6)
-    assert made.relaxed.giving(drawn, np.zeros_like(drawn)) == 0.0
+    drawn_rate = 3.0 * made.shear[0] / made.yielding.viscosity[0]
+    assert rate(1.0, 1.0)[1] == pytest.approx(drawn_rate, rel=1e-6)
+    assert made.relaxed.giving(drawn, at_rest(made, drawn)) == 0.0
 
 
 def matrices_agree(made, reference, position, velocity, *, relative):
@@ -282,7 +288,9 @@ def agree(made, reference, position, velocity, *, force, energy, lost, kept, ste
     # Its unknowns are the inverses, whose rates follow from those of the tensors.
     copied = np.zeros_like(velocity)
     kept.write(kept.read(velocity), copied)
-    np.testing.assert_allclose(copied[made.hidden], velocity[made.hidden], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        copied[made.internal_rows], velocity[made.internal_rows], rtol=1e-9, atol=1e-9
+    )
     way = drift(made, position, velocity)
     after, before = (kept.read(velocity + sign * step * way) for sign in (1, -1))
     expected = (after - before) / (2.0 * step)

@@ -8,6 +8,7 @@ from tests.derivatives import forces
 from tests.forces.remembering import (
     FASTEST,
     agree,
+    at_rest,
     follow_from_the_energy,
     give_way_beside_what_stays,
     give_way_for_good,
@@ -17,7 +18,7 @@ from tests.forces.remembering import (
     own_states,
     parts_agree,
     rates,
-    with_hidden_nodes,
+    with_rows,
 )
 from tests.forces.test_membranes import (
     LAWS,
@@ -46,7 +47,7 @@ def relaxing(law=LAWS[1], *, cells=2, second=True, **more):
     shear = SHEAR * np.array([0.7 * some, 0.4 * (np.arange(count) % 2) * second])
     branches = Branches.new(shear, np.outer(TIMES, some), 2)
     made, position = wall(law, cells=cells, branches=branches, **more)
-    return with_hidden_nodes(made, position)
+    return with_rows(made, position)
 
 
 def given_way(made, position, **more):
@@ -99,13 +100,11 @@ def axes_of_triangles(made, flat):
 
 def stretched(made, drawn, plane):
     """Return drawn places in the plane of a wall, and places of all nodes, evenly deformed."""
-    flat = drawn[: len(drawn) - len(made.hidden)] @ PLANE.T
-    position = drawn.copy()
-    position[: len(flat)] = flat @ plane.T @ PLANE
-    return flat, position
+    flat = drawn @ PLANE.T
+    return flat, flat @ plane.T @ PLANE
 
 
-def give_way_alike(kept, position, axes, gone):
+def give_way_alike(made, kept, position, axes, gone):
     """Return velocities of all nodes in which each triangle gave way in the same manner.
 
     Args:
@@ -113,7 +112,7 @@ def give_way_alike(kept, position, axes, gone):
         axes: See ``axes_of_triangles``.
         gone: In the plane of the wall, shape (2, 2).
     """
-    velocity = np.zeros_like(position)
+    velocity = at_rest(made, position)
     turned = axes @ gone @ axes.swapaxes(1, 2)
     kept.keep(velocity, turned[:, None], np.arange(len(axes)))
     return velocity
@@ -140,7 +139,7 @@ def change_as(made, kept, position, velocity, axes, change, close):
         close: Differences that are allowed [1/s].
     """
     step = velocity.copy()
-    step[made.hidden] += 1e-3 * rates(made, position, velocity)
+    step[made.internal_rows] += 1e-3 * rates(made, position, velocity)
     was, became = (kept.tensors(v, 1)[0, :, 0] for v in (velocity, step))
     np.testing.assert_allclose(
         (became - was) / 1e-3, axes @ change @ axes.swapaxes(1, 2), atol=close
@@ -178,7 +177,7 @@ def test_stress_and_rates_are_those_of_a_solid_without_stress_across(way, ratio)
     made, drawn = relaxing(NeoHookean(), second=False, parts=False, ratio=ratio)
     flat, position = stretched(made, drawn, plane)
     axes = axes_of_triangles(made, flat)
-    velocity = give_way_alike(made.branches, position, axes, GONE[:2, :2])
+    velocity = give_way_alike(made, made.branches, position, axes, GONE[:2, :2])
 
     def stress(thickness):
         f = in_space(plane, thickness)
@@ -217,7 +216,7 @@ def test_triangles_of_parts_keep_their_branches():
 
 def test_the_fastest_rate_is_that_of_the_branches():
     made, drawn = relaxing()
-    still = np.zeros_like(drawn)
+    still = at_rest(made, drawn)
     assert made.giving(drawn, still) == pytest.approx(1.0 / TIMES[0], rel=1e-9)
     assert made.relaxed.giving(drawn, still) == 0.0
 
@@ -236,10 +235,9 @@ def test_what_relaxes_does_not_count_for_limits():
 def give_way_for_good_alike(made, reference, position, velocity):
     """Check that a wall and its reference remember the same where they give way for good."""
     found, expected = velocity.copy(), velocity.copy()
-    bodies = np.arange(len(position) - len(made.hidden))
-    RelaxingFields((reference,)).let_relax(position, found, bodies)
-    made.let_relax(expected, position, np.ones(len(expected), dtype=bool))
-    found, expected = found[made.hidden], expected[made.hidden]
+    RelaxingFields((reference,)).let_relax(position, found, np.arange(len(position)))
+    made.let_relax(expected, position, np.ones(len(position), dtype=bool))
+    found, expected = found[made.internal_rows], expected[made.internal_rows]
     np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
 
 

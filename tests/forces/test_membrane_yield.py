@@ -5,6 +5,7 @@ import pytest
 
 from tests.forces.remembering import (
     agree,
+    at_rest,
     flow_is_kept_when_settled,
     follow_from_the_energy,
     in_motion,
@@ -15,7 +16,7 @@ from tests.forces.remembering import (
     rates,
     rates_are_bounded,
     tangents_agree,
-    with_hidden_nodes,
+    with_rows,
 )
 from tests.forces.test_membrane_branches import CASES as RELAXING
 from tests.forces.test_membrane_branches import (
@@ -61,7 +62,7 @@ def yielding(law=LAWS[1], *, cells=2, branched=True, alike=False, **more):
         law, cells=cells, branches=branches if branched else None, parts=not alike,
         yielding=ElementYield.new(LIMIT * some * flows, VISCOSITY * some * flows, 2), **more,
     )  # fmt: skip
-    return with_hidden_nodes(made, position)
+    return with_rows(made, position)
 
 
 CASES = RELAXING | {"without branches": (NeoHookean(), 0.45, 5e-4, {"branched": False})}
@@ -89,7 +90,7 @@ def test_what_is_lost_is_what_the_energy_falls_by(case):
 
 def test_stress_below_the_limit_makes_nothing_flow():
     made, drawn = yielding(branched=False)
-    still = np.zeros_like(drawn)
+    still = at_rest(made, drawn)
     assert made.powers(0.0, drawn, still)[1] == 0.0
     assert not rates(made, drawn, still).any()
     assert made.powers(0.0, moved(made, drawn, 2e-3), still)[1] > 0.0
@@ -102,7 +103,7 @@ def test_stress_and_rates_are_those_of_a_solid_without_stress_across(way, ratio)
     made, drawn = yielding(alike=True, branched=False, ratio=ratio)
     flat, position = stretched(made, drawn, plane)
     axes = axes_of_triangles(made, flat)
-    velocity = give_way_alike(made.yielding, position, axes, GONE[:2, :2])
+    velocity = give_way_alike(made, made.yielding, position, axes, GONE[:2, :2])
 
     def kirchhoff(thickness):
         """Return the deviator, and the whole stress."""
@@ -155,9 +156,9 @@ def test_the_bound_of_rates_holds_in_tension(law):
         flat, position = stretched(fluid, drawn, np.diag([stretch, stretch**-0.5]))
         axes = axes_of_triangles(fluid, flat)
         way = np.diag([plastic**2, 1.0 / plastic])
-        velocity = give_way_alike(fluid.yielding, position, axes, way)
+        velocity = give_way_alike(fluid, fluid.yielding, position, axes, way)
         after = velocity.copy()
-        after[fluid.hidden] += rates(fluid, position, velocity)
+        after[fluid.internal_rows] += rates(fluid, position, velocity)
         change = (fluid.yielding.tensors(after, 1) - fluid.yielding.tensors(velocity, 1))[0]
         change = axes.swapaxes(1, 2) @ change[:, 0] @ axes
         return change[0, 0, 0] / (2.0 * plastic**2), fluid.giving(position, velocity)
@@ -167,7 +168,7 @@ def test_the_bound_of_rates_holds_in_tension(law):
 
 def test_the_equivalent_strain_of_a_strip_is_its_logarithm():
     made, drawn = yielding(alike=True)
-    velocity, way = np.zeros_like(drawn), np.diag([1.5**2, 1.0 / 1.5])
+    velocity, way = at_rest(made, drawn), np.diag([1.5**2, 1.0 / 1.5])
     made.yielding.keep(velocity, np.broadcast_to(way, (8, 1, 2, 2)), np.arange(8))
     found = made.yielding.equivalent(velocity, 1)
     np.testing.assert_allclose(found, np.log(1.5), rtol=1e-12)

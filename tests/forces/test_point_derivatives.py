@@ -91,7 +91,7 @@ def test_derivatives_are_transposes_and_agree_with_differences(name):
     kernel_on(found.push_forward, table, 7)(0.0, x, v, *given, np.zeros(count))
     pushed = given[-1].reshape(df.shape)
     hidden = np.zeros(len(x) // 3, dtype=bool)
-    hidden[field.hidden] = True
+    hidden[field.internal_rows] = True
     parts = [np.repeat(each, 3) for each in (~hidden, hidden) if each.any()]
     # Forces and rates differ in size; both count alike.
     weight = chance.normal(size=x.size)

@@ -6,6 +6,7 @@ import pytest
 from tests.derivatives import forces
 from tests.forces.remembering import (
     agree,
+    at_rest,
     follow_from_the_energy,
     give_way_beside_what_stays,
     give_way_for_good,
@@ -16,7 +17,7 @@ from tests.forces.remembering import (
     parts_agree,
     rates,
     strains,
-    with_hidden_nodes,
+    with_rows,
 )
 from tests.forces.test_elements import BULK, SHEAR, SPAN, mesh
 from tissuec.forces.solids.bent_elements import kind_of
@@ -43,7 +44,7 @@ def solid(name, *, cells=1, displaced=0.15, viscosity=0.0):
         prestretch=Prestretch(np.array([0.0, 0.6, 0.8]), False, 1.02 * some), branches=branches,
     )  # fmt: skip
     made = kind_of(SHAPES[name]).of("brain", SHAPES[name], nodes, position, material, 0, SPAN)
-    return with_hidden_nodes(made, position)
+    return with_rows(made, position)
 
 
 def given_way(made, position, **more):
@@ -81,7 +82,7 @@ def test_rates_are_those_of_the_equation_of_evolution():
     third = np.trace(c @ inverse, axis1=-2, axis2=-1)[..., None, None] / 3.0
     expected = (c - third * before) / made.branches.time[..., None, None, None]
     after = velocity.copy()
-    after[made.hidden] += rates(made, position, velocity)
+    after[made.internal_rows] += rates(made, position, velocity)
     found = made.branches.tensors(after, 8) - before
     there = made.branches.shear > 0.0
     np.testing.assert_allclose(found[there], expected[there], rtol=1e-9, atol=1e-9)
@@ -102,7 +103,7 @@ def test_branches_that_gave_way_for_good_leave_no_stress_and_lose_nothing():
 
 def test_stress_at_nodes_includes_what_branches_bear():
     made, drawn = solid("hexahedron", cells=2, displaced=0.0)
-    position, velocity = moved(made, drawn, 0.0), np.zeros_like(drawn)
+    position, velocity = moved(made, drawn, 0.0), at_rest(made, drawn)
     # Of elements alike, half of which bear more: the mean of stress is that of virtual work.
     total, volume = made.recalling(velocity).node_stress(position)
     f = np.array([[1.2, 0.3, -0.1], [-0.2, 0.9, 0.2], [0.1, 0.1, 1.05]])
@@ -122,7 +123,7 @@ def test_elements_of_parts_keep_their_branches(name):
 
 def test_the_fastest_rate_is_that_of_the_branches():
     made, drawn = solid("hexahedron")
-    still = np.zeros_like(drawn)
+    still = at_rest(made, drawn)
     rate = made.giving(drawn, still)
     # As drawn, prestretch alone strains the elements: tr C'/3 of the stretch 1.02.
     stretch = 1.02
@@ -144,8 +145,8 @@ def test_the_reference_agrees_by_formulas_of_its_own(name):
 
 def test_the_reference_has_no_numbers_of_states_that_are_none_instead_of_failing():
     made, drawn = solid("wedge")
-    branches, velocity = ElementSolid(made, drawn).branches, np.zeros_like(drawn)
+    branches, velocity = ElementSolid(made, drawn).branches, at_rest(made, drawn)
     given = branches.read(velocity)
     for wrong in (np.inf, 0.0):
         branches.write(np.full_like(given, wrong), velocity)
-        assert not np.isfinite(velocity[made.hidden]).any()
+        assert not np.isfinite(velocity[made.internal_rows]).any()

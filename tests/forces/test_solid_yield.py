@@ -6,6 +6,7 @@ import pytest
 from tests.derivatives import forces
 from tests.forces.remembering import (
     agree,
+    at_rest,
     flow_is_kept_when_settled,
     follow_from_the_energy,
     in_motion,
@@ -17,7 +18,7 @@ from tests.forces.remembering import (
     rates_are_bounded,
     strains,
     tangents_agree,
-    with_hidden_nodes,
+    with_rows,
 )
 from tests.forces.test_elements import BULK, LAWS, SHEAR, SPAN, deformed, fibres_of, mesh
 from tests.forces.test_solid_branches import TIMES, given_way
@@ -54,7 +55,7 @@ def solid(name, law=LAWS[1], *, cells=1, viscosity=0.0, fibred=True, branched=Tr
         yielding=ElementYield.new(LIMIT * some * flows, VISCOSITY * some * flows),
     )  # fmt: skip
     made = kind_of(SHAPES[name]).of("clay", SHAPES[name], nodes, position, material, 0, SPAN)
-    return with_hidden_nodes(made, position)
+    return with_rows(made, position)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -87,7 +88,7 @@ def test_the_tangents_of_implicit_steps_are_those_of_the_loops(name):
 
 def test_stress_below_the_limit_makes_nothing_flow():
     made, drawn = solid("hexahedron", branched=False)
-    position, still = drawn.copy(), np.zeros_like(drawn)
+    position, still = drawn.copy(), at_rest(made, drawn)
     assert made.powers(0.0, position, still)[1] == 0.0
     assert not rates(made, position, still).any()
     assert made.powers(0.0, moved(made, drawn), still)[1] > 0.0
@@ -117,7 +118,7 @@ def test_rates_are_those_of_the_flow_in_space():
     by_inverse = back @ turned @ back.swapaxes(-1, -2)
     expected = -tensors @ by_inverse @ tensors
     after = velocity.copy()
-    after[made.hidden] += rates(made, position, velocity)
+    after[made.internal_rows] += rates(made, position, velocity)
     found = made.yielding.tensors(after, 8)[0] - made.yielding.tensors(velocity, 8)[0]
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
     assert not found[1].any()
@@ -191,15 +192,14 @@ def test_the_bound_of_rates_holds_in_tension(law):
 
     def rate(stretch, plastic):
         """Return the rate of the logarithm of the plastic stretch."""
-        position, velocity = drawn.copy(), np.zeros_like(drawn)
-        body = slice(0, len(drawn) - len(drawn[fluid.hidden]))
+        velocity = at_rest(fluid, drawn)
         widths = np.array([stretch, stretch**-0.5, stretch**-0.5])
         shear = np.linalg.inv(fluid.deformations(drawn)[0, 0])
-        position[body] = drawn[body] @ (np.diag(widths) @ shear).T
+        position = drawn @ (np.diag(widths) @ shear).T
         way = np.array([plastic**2, 1.0 / plastic, 1.0 / plastic])
         fluid.yielding.keep(velocity, np.broadcast_to(np.diag(way), (1, 8, 3, 3)), np.arange(1))
         after = velocity.copy()
-        after[fluid.hidden] += rates(fluid, position, velocity)
+        after[fluid.internal_rows] += rates(fluid, position, velocity)
         change = fluid.yielding.tensors(after, 8)[0, 0, 0, 0, 0] - plastic**2
         return change / (2.0 * plastic**2), fluid.giving(position, velocity)
 
@@ -230,7 +230,7 @@ def test_the_bound_of_rates_has_a_closed_form_in_tension(stretch):
 def test_the_equivalent_strain_of_a_bar_is_its_logarithm():
     way = np.diag([1.5**2, 1.0 / 1.5, 1.0 / 1.5])
     made, drawn = solid("hexahedron")
-    velocity = np.zeros_like(drawn)
+    velocity = at_rest(made, drawn)
     count = len(made.nodes)
     tensors = 7.0 * np.broadcast_to(way, (count, 8, 3, 3))
     made.yielding.keep(velocity, tensors, np.arange(count))

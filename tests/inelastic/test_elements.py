@@ -36,8 +36,8 @@ def test_shares_are_parts_of_the_stress_at_once_of_which_the_modulus_stays():
     np.testing.assert_allclose(made.branches.shear[:, 0] / whole, SHARES, rtol=1e-12)
     np.testing.assert_allclose(made.branches.time[:, 0], TIMES)
     # Three branches of six numbers at eight points, three to a node.
-    assert len(network.remembering(ELEMENTS)) == len(made.hidden) == 3 * 6 * 8 // 3
-    assert network.shown_nodes == 8
+    assert len(network.remembering(ELEMENTS)) == len(made.internal_rows) == 3 * 6 * 8 // 3
+    assert network.node_count == 8
 
 
 def test_a_block_that_is_sheared_and_held_relaxes():
@@ -236,7 +236,7 @@ def test_regions_relax_each_in_its_own_way():
     network = compiled_scene(text.replace("body", stiff, 1)).network
     (made,) = network.of_kind("elements")
     assert (made.branches.shear[0] > 0.0).tolist() == [True, False]
-    assert len(made.hidden) == 16
+    assert len(made.internal_rows) == 16
     whole = compiled_scene(text.replace("tissue is stiff", "tissue is gel")).network
     assert len(whole.remembering(ELEMENTS)) == 32
 
@@ -260,11 +260,11 @@ def test_mistakes_are_refused(memory):
     assert f"{found.code}: {found.message}" == HALVES[memory]
 
 
-def test_nothing_that_relaxes_needs_no_hidden_nodes():
+def test_nothing_that_relaxes_needs_no_variables():
     for memory in ("", "relaxing share = 0 %; relaxation time = 1 s",
                    "relaxing share = 20 %; relaxation time is none"):  # fmt: skip
         network = compiled_scene(scene(memory)).network
         (made,) = network.of_kind("elements")
         assert made.branches is None
-        assert network.memory == slice(8, 8)
+        assert network.internal_rows == slice(8, 8)
         assert replace(made, branches=None).loss == ""

@@ -60,10 +60,9 @@ def random_state(net):
     """Return a state of a net in which everything is somewhere, with what it remembers."""
     state = start(net)
     random = np.random.default_rng(5)
-    hidden = net.memory
-    count = 3 * (hidden.stop - hidden.start)
-    state.velocity[hidden] = random.normal(size=(count // 3, 3))
-    state.position[: hidden.start] += 0.2 * random.normal(size=(hidden.start, 3))
+    rows = net.internal_rows
+    state.velocity[rows] = random.normal(size=state.velocity[rows].shape)
+    state.position += 0.2 * random.normal(size=state.position.shape)
     return state
 
 
@@ -92,8 +91,7 @@ def test_power_of_the_forces_is_what_energy_and_losses_take():
     net = tangle(**BOTH)
     state = random_state(net)
     memory, position, velocity = net.springs.inelastic, state.position, state.velocity
-    moving = velocity.copy()
-    moving[net.memory] = 0.0
+    moving = velocity[: net.node_count]
     has = memory.slot >= 0
     rates, (_, lost) = accelerated(state)
     rates = rates.ravel()
@@ -116,7 +114,9 @@ def test_the_reference_has_the_same_forces_energies_and_rates():
     equations = Equations(state, 1.0)
     y = equations.gather(state.position, state.velocity, 0.0, 0.0)
     moved, velocity = equations.spread(0.0, y)
-    assert velocity[net.memory] == pytest.approx(state.velocity[net.memory], rel=1e-14)
+    assert velocity[net.internal_rows] == pytest.approx(
+        state.velocity[net.internal_rows], rel=1e-14
+    )
     springs = equations.pull(0.0, moved, velocity)
     tension = observables.tension(state, state.position, state.velocity)
     assert springs.tension == pytest.approx(tension, rel=1e-12)
@@ -312,7 +312,7 @@ def test_what_springs_remember_is_seen_nowhere(tmp_path):
 
     request = Request(Source("scene.tis", TORN.format(law="", tolerance="1e-4")))
     compiled, _ = compile_request(request)
-    assert compiled.network.node_count > compiled.network.shown_nodes == 5
+    assert compiled.network.row_count > compiled.network.node_count == 5
     result = simulate(compiled, tmp_path / "a.vtkhdf", request=request)
     with Trajectory.open(result.path) as read:
         assert read.position.shape[1:] == (5, 3)
@@ -325,7 +325,7 @@ def test_what_springs_remember_is_seen_nowhere(tmp_path):
 def test_scenes_without_memory_have_none():
     network = compiled_scene(rod(memory="")).network
     assert network.springs.inelastic is None
-    assert network.memory == slice(2, 2)
+    assert network.internal_rows == slice(2, 2)
 
 
 # --- settling ---
@@ -397,11 +397,11 @@ output { trajectory every 5 ms; energy every 5 ms; force of finger every 5 ms }
 def test_springs_and_friction_remember_side_by_side():
     compiled = compiled_scene(PRESSED)
     network = compiled.network
-    assert [part.name for part in network.memories] == ["friction", "springs"]
+    assert [part.name for part in network.internal] == ["friction", "springs"]
     friction, springs = (network.remembering(name) for name in ("friction", "springs"))
     assert len(friction) == 9
     assert springs[0] == friction[-1] + 1
-    assert springs[-1] == network.node_count - 1
+    assert springs[-1] == network.row_count - 1
     assert len(springs) == np.ceil(2 * network.spring_count / 3)
     recorder = Recorder(network, compiled.plan, recording := MemoryRecording())
     assert run(network, compiled.plan, recorder).kind == "done"

@@ -68,8 +68,8 @@ def test_shares_are_parts_of_the_stress_at_once_of_which_the_modulus_stays():
     np.testing.assert_allclose(made.branches.shear[:, 0] / whole[0], SHARES, rtol=1e-12)
     np.testing.assert_allclose(made.branches.time[:, 0], TIMES)
     # Three branches of two triangles, of three numbers each.
-    assert len(network.remembering(ELEMENTS)) == len(made.hidden) == 6
-    assert network.shown_nodes == 4
+    assert len(network.remembering(ELEMENTS)) == len(made.internal_rows) == 6
+    assert network.node_count == 4
 
 
 def test_a_wall_that_is_sheared_and_held_relaxes():
@@ -222,11 +222,11 @@ def test_threads_change_no_bit(threads_in_small_nets):
     same_on_two_threads(compiled, "force of high")
 
 
-def test_nothing_that_relaxes_needs_no_hidden_nodes():
+def test_nothing_that_relaxes_needs_no_variables():
     for memory in ("", "relaxing share = 0 %; relaxation time = 1 s",
                    "relaxing share = 20 %; relaxation time is none"):  # fmt: skip
         network = compiled_scene(scene(memory)).network
         (made,) = network.of_kind("membranes")
         assert made.branches is None
-        assert network.memory == slice(4, 4)
+        assert network.internal_rows == slice(4, 4)
         assert made.loss == ""

@@ -60,7 +60,7 @@ def test_tables_give_single_springs_branches_and_limits():
     )  # fmt: skip
     assert found.constant.tolist() == [[300.0, 300.0], [50.0, 0.0]]
     assert found.time.tolist() == [[0.02, 0.02], [0.1, np.inf]]
-    # Two branches and one: three variables, in one hidden node.
+    # Two branches and one: three variables, in one row.
     assert np.sort(found.slot[found.slot >= 0]).tolist() == [9, 10, 11]
     only = inelastic(
         "", column="yield force in N yield viscosity in N*s/m", first="0 2", second="- -"

@@ -44,13 +44,13 @@ def test_tissues_tell_how_elements_yield():
     assert made.yielding.limit.tolist() == [500.0, np.inf]
     assert made.yielding.viscosity.tolist() == [20.0, np.inf]
     # Six numbers at eight points, three to a node.
-    assert len(network.remembering(ELEMENTS)) == len(made.hidden) == 16
+    assert len(network.remembering(ELEMENTS)) == len(made.internal_rows) == 16
     for memory in ("", "yield stress is none; flow viscosity = 2 Pa*s",
                    "yield stress = 1 kPa; flow viscosity is none"):  # fmt: skip
         network = compiled_scene(scene(memory)).network
         (made,) = network.of_kind("elements")
         assert made.yielding is None
-        assert network.memory == slice(8, 8)
+        assert network.internal_rows == slice(8, 8)
         assert made.loss == ""
 
 
@@ -145,7 +145,7 @@ def test_what_is_cut_or_broken_takes_its_flow_along():
     outcome, recording = carried_out(compiled_scene(text))
     (made,) = outcome.state.fields
     assert made.item_count == 8
-    assert len(made.hidden) == 8 * 16
+    assert len(made.internal_rows) == 8 * 16
     assert np.abs(balance(recording)).max() < 1e-6
 
 

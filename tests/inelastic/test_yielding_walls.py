@@ -52,14 +52,14 @@ def test_tissues_tell_how_walls_yield():
     flows = np.isfinite(made.yielding.limit)
     assert made.yielding.viscosity[flows].tolist() == [20.0] * 4
     # Three numbers for a triangle, which is one node.
-    assert len(network.remembering(ELEMENTS)) == len(made.hidden) == 4
+    assert len(network.remembering(ELEMENTS)) == len(made.internal_rows) == 4
     assert made.loss == "there are elements that yield"
     for memory in ("", "yield stress is none; flow viscosity = 2 Pa*s",
                    "yield stress = 1 kPa; flow viscosity is none"):  # fmt: skip
         network = compiled_scene(scene(memory)).network
         (made,) = network.of_kind("membranes")
         assert made.yielding is None
-        assert network.memory == slice(4, 4)
+        assert network.internal_rows == slice(4, 4)
 
 
 # --- closed forms -----------------------------------------------------------------------------

@@ -69,7 +69,7 @@ def test_frames_contain_nodes_of_bodies_only(compiled, tmp_path):
     path = simulate(scene, tmp_path / "pad.vtkhdf", request=request).path
     with Trajectory.open(path) as run:
         assert run.nodes.tolist() == list(range(9))
-        assert run.network.shown_nodes == 13
+        assert run.network.node_count == 13
     with h5py.File(path) as file:
         assert file["VTKHDF/Points"].shape == (5 * 9, 3)
 

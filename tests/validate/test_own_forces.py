@@ -157,7 +157,7 @@ def test_tools_press_and_rub_alike(friction, seed):
     compiled = compiled_scene(meeting(40, friction=friction, damping="3 s/m"))
     network, rng = compiled.network, np.random.default_rng(seed)
     position = network.position + 1e-3 * rng.normal(size=network.position.shape)
-    velocity = 0.2 * rng.normal(size=position.shape)
+    velocity = 0.2 * rng.normal(size=(network.row_count, 3))
     for one, other in compared(contact_of(compiled), position, velocity):
         assert np.abs(other).max(initial=0.0) > 0.0 or not np.size(one)
         assert np.abs(one - other).max(initial=0.0) < 1e-11 * np.abs(other).max(initial=1e-300)

@@ -65,8 +65,8 @@ class TracedPoint:
 
     Attributes:
         widths: By name, how many components a number of the element has. Tensors have a
-            ``rate``, the factor of T - 1 in the velocities of hidden nodes, and its inverse,
-            which is zero in elements without the tensor.
+            ``rate``, the factor of T - 1 among internal variables, and its inverse, which is
+            zero in elements without the tensor.
         tensors: How many tensors a point remembers.
         directions: Columns of F: 3, 2 in a wall, or 1 along fibres.
         functions: φ, of which the first is 1: the mean.

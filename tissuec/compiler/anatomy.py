@@ -36,7 +36,7 @@ def anatomy_of(compiled: Compiled) -> Anatomy:
         elif found:
             notes.append(f"{part.name} has no strain and stress: {found}")
         elements = network.elements_of(part.name)
-        if part.name in matter and any(len(one.hidden) for one in elements):
+        if part.name in matter and any(len(one.internal_rows) for one in elements):
             notes.append(f"the stress of {part.name} is that after complete relaxation")
     tools = {tool.name: tool.kind for tool in compiled.scene.tools.values()}
     return Anatomy(names, tissue, matter, tools, tuple(notes))

@@ -138,7 +138,7 @@ class ActingSprings:
         )
 
     def move_to(self, layout: Layout) -> None:
-        """Take a layout with other hidden nodes, which leaves those of springs in place."""
+        """Take a layout with other rows of bristles, which leaves those of springs in place."""
         self._layout, self._chunks = layout, None
 
     @property

@@ -77,13 +77,13 @@ class KernelInputs:
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
         self.layout = self._whole = layout_of(network, threads)
-        self._bristles, self._home = network.remembering(FRICTION), network.position
+        self._bristles = network.remembering(FRICTION)
         self.acting = ActingSprings(self.layout, watched=watched, ledger=ledger)
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
         self.share = 1.0
         self.spring_count = network.spring_count
-        self.team = ThreadTeam(self.layout.threads, network.node_count)
+        self.team = ThreadTeam(self.layout.threads, network.row_count)
         self._solver: Solver | None = None
         self._solver_ids: Indices | None = None  # of the springs that these arrays are for
         self.stage: StageMatrix | None = None
@@ -102,7 +102,7 @@ class KernelInputs:
         return self.layout.inwards(vector)
 
     def outwards(self, flat: Floats) -> Floats:
-        """Return vectors of all nodes, as ``Layout.outwards`` does; zero if left out.
+        """Return vectors of all nodes and rows, as ``Layout.outwards`` does.
 
         Args:
             flat: In any unit, which the result has, too, shape (…, 3 place).
@@ -110,8 +110,8 @@ class KernelInputs:
         return self.layout.outwards(flat)
 
     def positions(self, flat: Floats) -> Floats:
-        """Return positions of all nodes [m], shape (…, node, 3), as ``Layout.outwards``."""
-        return self.layout.outwards(flat, self._home)
+        """Return positions of all nodes [m], shape (…, node, 3), as ``Layout.of_nodes``."""
+        return self.layout.of_nodes(flat)
 
     @property
     def left_out(self) -> bool:
@@ -132,7 +132,7 @@ class KernelInputs:
         """Give places to these bristles and to no others; None for all.
 
         Args:
-            bristles: Nodes, shape (n,).
+            bristles: Rows, shape (n,).
         """
         kept = self._bristles if bristles is None else bristles
         self.layout = self._whole.only(kept, self._bristles)
@@ -145,7 +145,7 @@ class KernelInputs:
         self.moved, self.still, self.free = state.driven, state.still, state.free
         self.acting.update(state, state.held, self.moved)
         self._inverse = inverse = np.where(self.free, 1.0 / state.divisor, 0.0)
-        self.hidden = state.network.remembering(ELEMENTS)
+        self.internal_rows = state.network.remembering(ELEMENTS)
         push, steady = np.zeros((2, len(inverse), 3))
         drag, self.timed = np.zeros(len(inverse)), list[Load]()
         motion = state.position, state.velocity
@@ -167,9 +167,9 @@ class KernelInputs:
     def _place_nodes(self) -> None:
         """Set arrays with a number or a vector for each place."""
         self.inverse_mass = self.response = self.inwards(self._inverse)
-        if len(self.hidden):
+        if len(self.internal_rows):
             self.response = self.inverse_mass.copy()
-            self.response[self.layout.place[self.hidden]] = 1.0
+            self.response[self.layout.place[self.internal_rows]] = 1.0
         self.drag = self.inwards(self._drag)
         self.push, self.steady = self.inwards(self._push), self.inwards(self._steady)
         self.driven = self.layout.place[np.flatnonzero(self.moved)]
@@ -289,8 +289,7 @@ class KernelInputs:
             **near,
             inverse_mass=self.inverse_mass,
             response=self.response,
-            hidden=self.layout.place[self.hidden],
-            home=self.state.network.position[self.hidden],
+            internal_rows=self.layout.place[self.internal_rows],
             steady=self.steady,
             push=self.push,
             driven=self.driven,
@@ -394,12 +393,9 @@ class KernelInputs:
 
     def internal(self) -> InternalVariables:
         """Return the internal variables of springs."""
-        network = self.state.network
-        nodes = network.remembering(SPRINGS)
+        rows = self.state.network.remembering(SPRINGS)
         assert self.springs.inelastic is not None
-        return table_of(
-            self.springs.inelastic, self.layout.place[nodes], network.position[nodes]
-        )
+        return table_of(self.springs.inelastic, self.layout.place[rows])
 
     def embedding(self) -> EmbeddingTable:
         """Return the embedded nodes."""

@@ -1,4 +1,4 @@
-"""Where nodes and springs of a network are in the arrays of the stepping code.
+"""Where nodes, internal variables and springs of a network are in the stepping code.
 
 Nodes are put in an order for springs in long runs, or for near neighbours, and keep their
 places for a whole run. Springs are sorted by their lower and then by their upper node.
@@ -30,8 +30,10 @@ class Layout(Struct, frozen=True, eq=False):
     """The places of the nodes and springs of a network, for a whole run.
 
     Attributes:
-        order: The node at each place, shape (place,).
-        place: The place of each node, -1 of those that are left out, shape (node,).
+        order: The node or row of internal variables at each place, shape (place,).
+        place: The place of each node, followed by those of rows of internal variables, -1 of
+            those that are left out, shape (node + row,).
+        nodes: How many of these are nodes.
         keeps_order: Whether nodes are where they are in the network.
         springs: Springs by their places; None where they are in this order in the network.
         runs: All springs in runs, by the numbers of the network; None where that is of no use.
@@ -40,6 +42,7 @@ class Layout(Struct, frozen=True, eq=False):
 
     order: Indices
     place: Indices
+    nodes: int
     keeps_order: bool
     springs: Indices | None
     runs: RunPlaces | None
@@ -59,21 +62,24 @@ class Layout(Struct, frozen=True, eq=False):
         """Return numbers or vectors of nodes in the order of the stepping code, flat.
 
         Args:
-            vector: In the order of the network and in any unit, shape (node,) or (node, 3).
+            vector: In the order of the network and in any unit, shape (node,) or (node, 3), or
+                (node + row, 3); 0 for internal variables that it does not have.
         """
+        rows = len(self.place) - len(vector)
+        if rows:
+            vector = np.concatenate([vector, np.zeros((rows, *vector.shape[1:]))])
         shape = (len(self.order), *vector.shape[1:])
         flat = aligned_zeros(prod(shape))
         # Clipped, because where it tests indices, NumPy keeps a second copy.
         np.take(vector, self.order, axis=0, out=flat.reshape(shape), mode="clip")
         return flat
 
-    def outwards(self, flat: Floats, others: Floats | None = None) -> Floats:
-        """Return flat vectors in the order of the network, shape (…, node, 3).
+    def outwards(self, flat: Floats) -> Floats:
+        """Return flat vectors in the order of the network, shape (…, node + row, 3).
 
         Args:
-            flat: In the order of the stepping code and in any unit, shape (…, 3 place).
-            others: In the order of the network, from which those of nodes that are left out are
-                taken, shape (node, 3); None for zeros.
+            flat: In the order of the stepping code and in any unit, shape (…, 3 place); what is
+                left out is 0.
         """
         apart = flat.reshape(*flat.shape[:-1], len(self.order), 3)
         if self.keeps_order:
@@ -81,19 +87,22 @@ class Layout(Struct, frozen=True, eq=False):
         # Contiguous, unlike what an index in the middle returns, and twice as fast.
         found = apart.take(self.place, axis=-2)
         if len(self.order) < len(self.place):
-            out = self.place < 0
-            found[..., out, :] = 0.0 if others is None else others[out]
+            found[..., self.place < 0, :] = 0.0
         return found
 
-    def only(self, hidden: Indices, among: Indices) -> "Layout":
-        """Return a layout without some hidden nodes.
+    def of_nodes(self, flat: Floats) -> Floats:
+        """Return those of nodes alone, shape (…, node, 3); see ``outwards``."""
+        return self.outwards(flat)[..., : self.nodes, :]
+
+    def only(self, kept: Indices, among: Indices) -> "Layout":
+        """Return a layout without some rows of internal variables.
 
         Args:
-            hidden: Those to keep, shape (n,).
+            kept: Those to keep, shape (n,).
             among: Those of which others are left out, shape (m,).
         """
         out = np.zeros(len(self.place), dtype=bool)
-        out[among], out[hidden] = True, False
+        out[among], out[kept] = True, False
         order = self.order[~out[self.order]]
         place = np.full_like(self.place, -1)
         place[order] = np.arange(len(order))
@@ -107,13 +116,13 @@ def layout_of(network: Network, threads: int) -> Layout:
     Args:
         threads: That may share loops over nodes and springs; few nodes take fewer.
     """
-    bodies, shown, count = network.body_nodes, network.shown_nodes, network.node_count
+    bodies, nodes, count = network.body_nodes, network.node_count, network.row_count
     order, runs = order_nodes(network.position[:bodies], network.line_ends)
     # Nodes of tools come last, where measures of motion leave them out, after bristles, some
     # of which may be left out.
     bristles = network.remembering(FRICTION)
-    others = np.setdiff1d(np.arange(shown, count), bristles, assume_unique=True)
-    order = np.concatenate([order, others, bristles, np.arange(bodies, shown)])
+    others = np.setdiff1d(np.arange(nodes, count), bristles, assume_unique=True)
+    order = np.concatenate([order, others, bristles, np.arange(bodies, nodes)])
     place = np.empty_like(order)
     place[order] = np.arange(count)
     if len(network.edges):
@@ -124,6 +133,7 @@ def layout_of(network: Network, threads: int) -> Layout:
     found = Layout(
         order=order,
         place=place,
+        nodes=nodes,
         keeps_order=np.array_equal(place, np.arange(count)),
         springs=None,
         runs=runs if keeps_tools else None,
@@ -140,7 +150,7 @@ def _threads(
     """Return how many threads are of use."""
     count = useful(permitted, network.line_count)
     if count > 1:
-        several = are_chunks(network.node_count)
+        several = are_chunks(network.row_count)
         if runs is not None:
             several = are_shared(high, block_size(low, high))
         count = count if several else 1

@@ -182,7 +182,7 @@ def evaluation_time(state: State, springs: int) -> float:
         springs: That act.
     """
     beside = sum(field.seconds for field in state.fields)
-    return CALL + SPRING * springs + NODE * state.network.node_count + beside
+    return CALL + SPRING * springs + NODE * state.network.row_count + beside
 
 
 def cost_of(effort: np.ndarray, evaluation: float, solving: SolvingCost) -> float:

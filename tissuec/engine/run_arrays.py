@@ -46,11 +46,11 @@ def new_work(
 
     Args:
         team: Threads that share loops.
-        places: Of nodes in the arrays; those of all by default.
+        places: Of nodes and internal variables in the arrays; those of all by default.
     """
     rows = integrator.rows
     return Work(
-        **_of_nodes(rows, network, network.node_count if places is None else places),
+        **_of_nodes(rows, network, network.row_count if places is None else places),
         ledger=np.zeros((2, 2)),
         end_row=integrator.end_row,
         power=np.zeros((rows, 2)),
@@ -80,7 +80,7 @@ def new_work(
 
 def _of_nodes(rows: int, network: Network, places: int) -> dict[str, Floats]:
     """Return the arrays of zeros of ``Work`` that have a vector or a number for each place."""
-    size, tools = 3 * places, network.shown_nodes - network.body_nodes
+    size, tools = 3 * places, network.node_count - network.body_nodes
     return {
         "x": aligned_zeros(2, size),
         "v": aligned_zeros(2, size),

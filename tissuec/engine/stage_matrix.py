@@ -77,7 +77,7 @@ class StageMatrix:
         """Return the predicted times."""
         making = MAKING + SPRING * len(self._acting.springs.ends)
         making += sum(FIELD + field.matrix_seconds for field in self._fields)
-        solution = CALL + sum(ELIMINATION_SECONDS * len(f.hidden) for f in self._fields)
+        solution = CALL + sum(ELIMINATION_SECONDS * len(f.internal_rows) for f in self._fields)
         if self.fill.is_small:
             making += MULTIPLICATION * self.fill.multiplications
             return SolvingCost(making, solution + NUMBER * self.fill.numbers)
@@ -101,7 +101,7 @@ class StageMatrix:
         if made == self._made:
             return True
         self._made = None
-        position, velocity = self._layout.outwards(x), self._layout.outwards(v)
+        position, velocity = self._layout.of_nodes(x), self._layout.outwards(v)
         if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
             return False
         try:
@@ -323,7 +323,7 @@ def memory_of_springs(
     by_length = np.concatenate([pace, (steep * flow)[None]]).T
     braked = behaviour.brake_by_e(now.elongation, now.closing)
     of_flow = np.where(has[-1], steep + braked, 0.0)
-    # Of the tension by the variables; all of them are then as hidden nodes keep them.
+    # Of the tension by the variables; all of them are then as states keep them.
     by_variable = -np.concatenate([memory.constant, of_flow[None]]).T
     rate = np.where(has, memory.rate, 1.0).T
     ways = np.stack([-now.direction, now.direction], axis=1)

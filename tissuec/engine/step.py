@@ -182,13 +182,13 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
     reach = greater(now.displacement, distance(x, work.origin, work.each, work.team))
     pace = greater(now.speed, length(v, work.moving, work.team))
     ratio = 0.0
-    off, off_speed, off_hidden = estimate(h, current, work)
+    off, off_speed, off_internal = estimate(h, current, work)
     # Correct: a step with too large an error is tried again with a smaller size.
     if task.fixed == 0:
         thrown = net.touched and net.touches.bends[1] < net.touches.bends[2]
         # Implicit steps may brake what is too fast for them, and lose its energy.
         strict = near or IMPLICIT or thrown
-        ratio = judge(now, off, off_speed, off_hidden, reach, pace, strict, thrown, task)
+        ratio = judge(now, off, off_speed, off_internal, reach, pace, strict, thrown, task)
         if not ratio <= 1.0:
             retry(now, h * shrunk(ratio))
             return Trial(REJECTED, near, ratio, off, reach, pace)
@@ -196,7 +196,7 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
     verdict = ACCEPTED
     if IMPLICIT and not isfinite(off):
         verdict = UNSOLVED
-    elif not (reach <= task.bound and isfinite(pace + off + off_hidden)):
+    elif not (reach <= task.bound and isfinite(pace + off + off_internal)):
         verdict = OUTSIZE
     else:
         near |= finish(now.time, now.end, current, work, net)

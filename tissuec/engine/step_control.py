@@ -77,7 +77,7 @@ def judge(
     now: Progress,
     off: float,
     off_speed: float,
-    off_hidden: float,
+    off_internal: float,
     reach: float,
     pace: float,
     strict: bool,
@@ -93,8 +93,8 @@ def judge(
     limits the steps, an error persists for longer than the step that made it, and motions may
     amplify it in every step that is left. Errors of velocities are mostly those of fast
     motions, which change positions by no more than within the step. Where a spring is near its
-    strength, though, dashpots transmit them, and the time of rupture depends on them. What
-    hidden nodes keep as velocities are elongations, whose errors count as those of positions.
+    strength, though, dashpots transmit them, and the time of rupture depends on them. Internal
+    variables are elongations, whose errors count as those of positions.
 
     An error of velocity where a contact ends grows into an error of position. Rounding of
     positions causes errors of up to noise / h in velocities if h is as long as stability
@@ -103,7 +103,7 @@ def judge(
 
     Args:
         now: The state of the run before the step is accepted.
-        off, off_speed, off_hidden: Estimated errors as ``estimate`` returns them.
+        off, off_speed, off_internal: Estimated errors as ``estimate`` returns them.
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
         strict: Whether errors of velocities count by themselves.
         thrown: Whether a law of contact changes its formula in the step.
@@ -121,11 +121,11 @@ def judge(
     fair = max(pace, task.floor / h) if strict else lenient
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * fair + noise)
-    hidden = off_hidden / (allowed * lenient + task.noise / h)
+    internal = off_internal / (allowed * lenient + task.noise / h)
     if rubs:
         once = max(allowed, JUMP_SHARE * share)
-        hidden = greater(hidden, off_hidden / BEND_SHARE / (once * fair + noise))
-    return greater(position, greater(velocity, hidden))
+        internal = greater(internal, off_internal / BEND_SHARE / (once * fair + noise))
+    return greater(position, greater(velocity, internal))
 
 
 def strayed(x: Floats, since: Floats, net: Net) -> float:

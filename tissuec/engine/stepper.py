@@ -126,10 +126,9 @@ class Stepper:
     def load(self, state: State) -> None:
         """Copy the state into the arrays; all of them hold the nodes that do not move."""
         work, inputs = self.work, self.inputs
-        still = inputs.still[:, None].copy()
-        still[self.network.memory] = False
-        position = inputs.inwards(state.position)
-        velocity = inputs.inwards(np.where(still, 0.0, state.velocity))
+        moving = state.velocity.copy()
+        moving[np.flatnonzero(inputs.still)] = 0.0
+        position, velocity = inputs.inwards(state.position), inputs.inwards(moving)
         work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
         work.trial_x[:], work.trial_v[:] = position, velocity
         self.update(time=state.time, fresh=1, memory=0.0, wait=0, pending=0, leeway=0.0)
@@ -295,7 +294,7 @@ class Stepper:
         self._place_bristles(near)
         return True
 
-    def _place_bristles(self, nodes: Indices | None) -> None:
+    def _place_bristles(self, rows: Indices | None) -> None:
         """Give places to some bristles only; None for all."""
         inputs, now, work = self.inputs, self.progress.current, self.work
         self.progress = self.buffer.set_aside(self.progress)
@@ -306,7 +305,7 @@ class Stepper:
             "origin": inputs.positions(work.origin),
             "drift": inputs.outwards(work.drift),
         }
-        inputs.keep(nodes)
+        inputs.keep(rows)
         moved = {name: inputs.inwards(vectors) for name, vectors in places.items()}
         self.work = moved_work(work, self.network, len(inputs.layout.order), **moved)
         self.buffer.fit()
@@ -343,7 +342,7 @@ class Stepper:
         touches = None if self._net is None else self._net.touches
         if touches is None or touches.bent.shape[1] <= SLIDES:
             return np.zeros(0)
-        slips = np.zeros(self.network.node_count)
+        slips = np.zeros(self.network.row_count)
         slips[self.inputs.layout.order[touches.memory]] = touches.bent[:, SLIDES]
         return slips[self.network.remembering(FRICTION)]
 
@@ -355,7 +354,7 @@ class Stepper:
         """
         if not len(slipping):
             return
-        touches, slips = self.acting().touches, np.zeros(self.network.node_count)
+        touches, slips = self.acting().touches, np.zeros(self.network.row_count)
         slips[self.network.remembering(FRICTION)] = slipping
         touches.bent[:, SLIDES] = slips[self.inputs.layout.order[touches.memory]]
 

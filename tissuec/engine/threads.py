@@ -67,7 +67,7 @@ def parts_of(field: Field, place: Indices) -> list[list[Field]]:
     Args:
         place: Index of each node in the arrays of the kernel, shape (node,).
     """
-    count = len(place) - len(field.hidden)  # none of which has two items
+    count = len(place) - len(field.internal_rows)  # none of which has two items
     is_small = count < LEAST_BLOCKS * BLOCK_NODES
     items = None if is_small else field.items(place)
     if items is None or len(items.first) < 2:
@@ -113,8 +113,8 @@ def chunks_of(low: Places, high: Places, nodes: int, whole: int | None = None) -
     Args:
         low, high: Ends of springs as places of nodes, by ascending lower ones, shape (spring,).
         nodes: How many there are.
-        whole: How many there are with hidden nodes that are left out for a time, on which the
-            chunks of all others must not depend; by default none are.
+        whole: How many there are with rows of variables that are left out for a time, on which
+            the chunks of all others must not depend; by default none are.
     """
     lower, upper = (4 * low).astype(np.uint32), (4 * high).astype(np.uint32)
     whole = nodes if whole is None else whole

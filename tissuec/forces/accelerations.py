@@ -7,7 +7,7 @@ by its address: ``tissuec.kernels``.
 from math import sqrt
 
 from tissuec.forces.acting.embedding_kernel import follow
-from tissuec.forces.springs.branches_kernel import put_home, remember
+from tissuec.forces.springs.branches_kernel import keep_still, remember
 from tissuec.forces.springs.rest_length_kernel import reel
 from tissuec.forces.springs.springs_kernel import reeled, springs
 from tissuec.kernels.boundary_conditions import pull_free, put_driven
@@ -163,11 +163,11 @@ def place(time: float, x: Floats, v: Floats, net: Net) -> None:
     put_driven(time, x, v, net.acts)
     if net.reeled:
         reel(time, net.rest, net.reels, net.acts)
-    put_home(x, net.hidden, net.home)
+    keep_still(x, net.internal_rows)
     if net.touched:
-        put_home(x, net.touches.memory, net.touches.home)
+        keep_still(x, net.touches.memory)
     if net.inelastic:
-        put_home(x, net.internal.nodes, net.internal.home)
+        keep_still(x, net.internal.rows)
     if net.embedded:
         follow(x, net.embedding)
         follow(v, net.embedding)

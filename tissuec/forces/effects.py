@@ -111,8 +111,7 @@ class Effect(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         They are those of a change that leaves no time to relax.
 
         Args:
-            velocity: Of all nodes [m/s], shape (…, node, 3); those of hidden ones tell how far
-                this has relaxed.
+            velocity: Of all nodes [m/s], followed by internal variables, shape (…, row, 3).
         """
         return self
 

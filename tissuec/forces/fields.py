@@ -92,7 +92,7 @@ class Field(Effect, frozen=True):
         Args:
             still: Nodes that are held and do not follow a path, shape (node,).
         """
-        remains = len(self.hidden) or len(self.changes)
+        remains = len(self.internal_rows) or len(self.changes)
         items = None if remains or not still.any() else self.items(np.arange(len(still)))
         if items is None or not len(items.places):
             return self
@@ -114,12 +114,33 @@ class Field(Effect, frozen=True):
         return [[table]]
 
     @property
-    def hidden(self) -> Indices:
-        """Return the hidden nodes whose accelerations the kernel adds as forces, shape (n,).
+    def internal_rows(self) -> Indices:
+        """Return the rows of internal variables whose rates the kernel adds as forces, (n,).
 
         They are ascending.
         """
         return np.zeros(0, dtype=np.int64)
+
+    @property
+    def remembered(self) -> Indices:
+        """Return the rows of internal variables that the kernel reads, ascending, (n,)."""
+        return self.internal_rows
+
+    def read_rows(self, velocity: Floats, nodes: int) -> Floats:
+        """Return velocities with the rows that the kernel reads, 0 where there are none.
+
+        Args:
+            velocity: In any unit, shape (…, row, 3).
+            nodes: How many nodes there are.
+
+        Returns:
+            Of nodes, and of rows up to the last that is read, shape (…, n, 3).
+        """
+        rows = max([nodes, *(self.remembered[-1:] + 1).tolist()])
+        lacks = rows - velocity.shape[-2]
+        if lacks <= 0:
+            return velocity[..., :rows, :]
+        return np.concatenate([velocity, np.zeros((*velocity.shape[:-2], lacks, 3))], axis=-2)
 
     def giving(self, position: Floats, velocity: Floats) -> float:
         """Return a bound of the rates at which anything relaxes [1/s]."""
@@ -129,17 +150,18 @@ class Field(Effect, frozen=True):
     def unsolved(self) -> str:
         """The forces that ``memory_tangents`` lacks, such as "elements that yield"; or ""."""
         has_all = type(self).memory_tangents is not Field.memory_tangents
-        return "" if has_all or not len(self.hidden) else "forces with memory"
+        return "" if has_all or not len(self.internal_rows) else "forces with memory"
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> "MemoryTangents | None":
-        """Return the derivatives of internal variables in hidden nodes; None without any."""
+        """Return the derivatives of internal variables; None without any."""
         return None
 
     def let_relax(self, velocity: Floats, position: Floats, moved: NDArray[np.bool_]) -> None:
-        """Make relaxation permanent in the velocities of hidden nodes.
+        """Make relaxation permanent in internal variables.
 
         Args:
-            velocity: Of all nodes, changed in place [m/s], shape (node, 3).
+            velocity: Of all nodes, followed by internal variables, changed in place [m/s],
+                shape (node + row, 3).
             moved: Nodes whose items relax, shape (node,).
         """
 
@@ -254,7 +276,10 @@ class Field(Effect, frozen=True):
         """Yield the index of each state, with forces of shape (node, 3), and powers."""
         from tissuec.compiled.calls import kernel_on
 
-        shape, place = position.shape[:-2], np.arange(position.shape[-2], dtype=np.int64)
+        shape, nodes = position.shape[:-2], position.shape[-2]
+        velocity = self.read_rows(velocity, nodes)
+        place = np.arange(velocity.shape[-2], dtype=np.int64)
+        more = len(place) - nodes
         times = np.broadcast_to(np.asarray(time, dtype=float), shape)
         states, times = list(np.ndindex(shape)), times.ravel()
         x, v = (in_line(each).astype(float) for each in (position, velocity))
@@ -265,9 +290,10 @@ class Field(Effect, frozen=True):
                     made = times[k]
                     table = self.table(place, acts_of(self.changes, made, made), x[part.start])
                     call = kernel_on(self.kernel, table)
-                forces, power = np.zeros_like(x[k]), np.zeros(2)
-                call(times[k], x[k].reshape(-1), v[k].reshape(-1), forces.reshape(-1), power)
-                yield states[k], forces, power
+                forces, power = np.zeros_like(v[k]), np.zeros(2)
+                here = np.pad(x[k], ((0, more), (0, 0))) if more else x[k]
+                call(times[k], here.reshape(-1), v[k].reshape(-1), forces.reshape(-1), power)
+                yield states[k], forces[:nodes], power
 
 
 class WalledField(Field, frozen=True):

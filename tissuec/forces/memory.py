@@ -1,9 +1,9 @@
 """Internal variables in the matrix of an implicit step, and their derivatives.
 
-Internal variables z of an item, such as a spring or a point of an element, are kept as
-velocities of hidden nodes, so that a step treats them like all other motion: z' = r(x, z), and
-the item pulls with f(x, z). With q = h γ, Newton's method on accelerations a of nodes and rates
-b of variables has, with G = -∂r/∂z, R = ∂r/∂x and P = ∂f/∂z,
+Internal variables z of an item, such as a spring or a point of an element, follow the
+velocities of nodes, so that a step treats them like all other motion: z' = r(x, z), and the
+item pulls with f(x, z). With q = h γ, Newton's method on accelerations a of nodes and rates b
+of variables has, with G = -∂r/∂z, R = ∂r/∂x and P = ∂f/∂z,
 
     (1 + q G) δb - q² R δa = β,        (M + q D + q² K) δa - q P δb = α
 
@@ -28,14 +28,14 @@ from tissuec.model.network import Floats, Indices
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix, csr_matrix
 
-# Time of the derivatives of what a hidden node keeps, and of eliminating it in a solution [s].
+# Time of the derivatives of three variables, and of eliminating them in a solution [s].
 TANGENT_SECONDS, ELIMINATION_SECONDS = 8e-6, 4e-7
 
 
 class MemoryTangents(NamedTuple):
     """Derivatives of the rates and forces of internal variables.
 
-    Variables have the unit of velocities, as hidden nodes keep them.
+    Variables have the unit of velocities, which they follow; see ``Network.internal``.
 
     Attributes:
         slots: Places of the variables among the components of all velocities, -1 where there is
@@ -55,13 +55,13 @@ class MemoryTangents(NamedTuple):
     def matrices(self, size: int) -> "tuple[csr_matrix, csr_matrix]":
         """Return the derivatives of rates by positions, and of rates and forces by variables.
 
-        Hidden nodes are nodes of 1 kg.
+        Rows of variables count as nodes of 1 kg.
 
         Args:
-            size: Number of all nodes.
+            size: Number of all nodes and rows of variables.
 
         Returns:
-            [1/s²] and [1/s] for hidden nodes, [N s/m] for others, shape (3 size, 3 size).
+            [1/s²] and [1/s] for variables, [N s/m] for nodes, shape (3 size, 3 size).
         """
         nodes = 3 * self.nodes[..., None] + np.arange(3)
         rows = self.slots[:, :, None], nodes.reshape(len(nodes), -1, 1)

@@ -63,8 +63,8 @@ class PointField(ElementField, frozen=True, dict=True):
         fibres: Families of fibres, without stress; there may be none.
         branches: That relax; None without any.
         yielding: Their yield stresses and flow; None where nothing yields.
-        recalled: Velocities of all nodes, of which those of hidden ones tell what elements
-            remember, shape (…, node, 3); energies, matrices and stresses include it. Without,
+        recalled: Velocities followed by internal variables, which elements remember, shape (…,
+            row, 3); energies, matrices and stresses include it. Without,
             they are those without branches and before any flow.
         constants: Of laws, which have variables in their places; see ``points_derivatives``;
             shape (element, constant).
@@ -509,24 +509,10 @@ class PointField(ElementField, frozen=True, dict=True):
         return bool(self.stored_tensors)
 
     @property
-    def hidden(self) -> Indices:
-        """Return the hidden nodes of branches and of plastic strain; see ``Field``."""
+    def internal_rows(self) -> Indices:
+        """Return the rows of branches and of plastic strain; see ``Field``."""
         none = np.zeros(0, dtype=np.int64)
-        return np.concatenate(
-            [none, *(each.nodes(self.points) for each in self.stored_tensors)]
-        )
-
-    def add_forces(
-        self, time: Floats | float, position: Floats, velocity: Floats, to: Floats
-    ) -> None:
-        """Add the forces on all nodes [N]; those on hidden ones, which are rates, are not."""
-        if not self.remembers:
-            super().add_forces(time, position, velocity, to)
-            return
-        hidden = self.hidden
-        before = to[..., hidden, :]
-        super().add_forces(time, position, velocity, to)
-        to[..., hidden, :] = before
+        return np.concatenate([none, *(each.rows(self.points) for each in self.stored_tensors)])
 
     @property
     def yields(self) -> NDArray[np.bool_]:
@@ -551,17 +537,17 @@ class PointField(ElementField, frozen=True, dict=True):
         return replace(self, branches=None, yielding=yielding)
 
     def stored(self, first: int, fastest: float) -> Self:
-        """Return the elements with hidden nodes for their internal variables.
+        """Return the elements with rows of velocities for their internal variables.
 
         Args:
-            first: Number of the first of these nodes.
+            first: Number of the first of these rows.
             fastest: A bound of the angular frequencies of the net [1/s].
         """
         sizes, found = self.sizes, self
         if self.branches is not None:
             branches = self.branches.stored(3 * first, self.points, fastest, sizes)
             found = replace(found, branches=branches)
-            first += len(branches.nodes(self.points))
+            first += len(branches.rows(self.points))
         if self.yielding is not None:
             yielding = self.yielding.stored(3 * first, self.points, fastest, sizes)
             found = replace(found, yielding=yielding)
@@ -581,7 +567,7 @@ class PointField(ElementField, frozen=True, dict=True):
 
     def memory_tangents(self, position: Floats, velocity: Floats) -> MemoryTangents | None:
         """Return the derivatives of branches and plastic strain, by points; see ``Field``."""
-        if not self.remembers or not len(self.hidden):
+        if not self.remembers or not len(self.internal_rows):
             return None
         stored, points = self._stored, self.points
         width = len(self.traced(self.kind).f)
@@ -674,7 +660,7 @@ class PointField(ElementField, frozen=True, dict=True):
         volume = self.weights.sum(axis=1)
 
         def measure(x: Floats) -> Floats:
-            # Nodes of elements keep their places; hidden ones may have none any more.
+            # Nodes of elements keep their places.
             position = x.reshape(-1, 3).take(place, axis=0, mode="clip")
             energy = (self._energies(position) / volume)[:, None]
             return energy if others is None else np.append(others(x), energy, axis=1)
@@ -762,7 +748,7 @@ class PointField(ElementField, frozen=True, dict=True):
     def matrix_seconds(self) -> float:
         """Return an estimate of the time of making their matrix [s]."""
         damping = _DAMPING if self.is_damped else 0.0
-        tangents = TANGENT_SECONDS * len(self.hidden)
+        tangents = TANGENT_SECONDS * len(self.internal_rows)
         return (_MAKING + damping) * self._bare_seconds + tangents
 
     @property
@@ -933,8 +919,9 @@ class PointField(ElementField, frozen=True, dict=True):
         velocity: Floats | None = None,
     ) -> None:  # fmt: skip
         """Run a loop that writes numbers of elements in a state."""
-        # Nodes may be numbered among some of all, unlike the hidden ones.
+        # Nodes may be numbered among some of all, unlike rows of internal variables.
         if velocity is None:
             velocity = np.zeros(position.shape) if self.recalled is None else self.recalled
+        velocity = self.read_rows(velocity, len(position))
         state = (np.ravel(each).astype(float) for each in (position, velocity))
         kernel(0.0, *state, room.reshape(-1), table)

@@ -93,10 +93,9 @@ class ContactTable(NamedTuple):
     part: int  # that is computed, their number to add them up, -1 to do all at once
     met: Rows  # scratch, for the pairs that touch, shape (pair, 31)
     at: IntegerRows  # places of their nodes and three points among coordinates, and the pair
-    memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
-    home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
-    # Scratch, their rates [m/s²], shape as ``home``; if bristles are cut, with further columns,
-    # see ``contact.bristle_kernel``.
+    memory: Integers  # rows of velocities that are bristles, shape (m,) or (0,)
+    # Scratch, their rates [m/s²], shape (m, 3) or (0, 3); if bristles are cut, with further
+    # columns, see ``contact.bristle_kernel``.
     bent: Rows
     # Time for which an implicit stage solves for them [s], 0 where they are given, shape (1,)
     lag: Floats
@@ -148,8 +147,7 @@ class InternalVariables(NamedTuple):
     rate: Floats  # of variables in these [1/s], shape (variable,)
     scale: Floats  # its reciprocal [s], shape (variable,)
     change: Floats  # scratch, rates of those velocities [m/s²], shape (variable,)
-    nodes: Integers  # that the variables are kept in, shape (m,)
-    home: Rows  # where these stay [m], shape (m, 3)
+    rows: Integers  # of velocities that the variables are, shape (m,)
 
 
 class Runs(NamedTuple):
@@ -251,10 +249,9 @@ class Net(NamedTuple):
     near: Floats  # tension from which a closer look is needed [N], shape (spring,)
     near_crush: Floats  # the same of pressure
     inverse_mass: Floats  # [1/kg], zero for held nodes, shape (node,)
-    # By which forces become accelerations: the same, and 1 for hidden nodes of fields [1/kg]
+    # By which forces become accelerations: the same, and 1 for variables of fields [1/kg]
     response: Floats
-    hidden: Integers  # these hidden nodes, shape (m,)
-    home: Rows  # where they stay [m], shape (m, 3)
+    internal_rows: Integers  # rows of velocities that are variables of fields, shape (m,)
     steady: Floats  # gravity and constant loads by mass [m/s²], zero if held, (3 node,)
     push: Floats  # constant loads on free nodes [N], shape (3 node,)
     driven: Integers  # nodes on prescribed paths
@@ -339,7 +336,7 @@ class Work(NamedTuple):
     trial_ledger: Floats  # shape (2,)
     zero: Floats  # shape (3 node,)
     each: Floats  # scratch of measures of errors, which leave out tools, shape (node,)
-    moving: Floats  # scratch of measures of motion, which leave out hidden nodes as well
+    moving: Floats  # scratch of measures of motion, which leave out internal variables as well
     tableau: Tableau  # coefficients of the method, None if it has none
     choices: Floats  # what can be chosen of a procedure, shape (choice,)
     dense_x: Rows  # positions within the step: powers of its part, shape (power, row)

@@ -140,7 +140,7 @@ def blended_errors(h: float, current: int, blend: Floats, begin: int, work: Work
     e5 and e3 are the two estimates of ``work.tableau``, of positions and of velocities.
     """
     work.errors[0] = work.errors[1] = 0.0
-    if blend.size:  # most nets have no hidden nodes
+    if blend.size:  # most nets have no internal variables
         share(work.team, blended_part, (h, current, blend, begin, work))
         work.errors[0] = greatest(work.team.found[0])
         work.errors[1] = greatest(work.team.found[1])

@@ -117,7 +117,7 @@ def correct(
         The largest |a_end - a| of a node; NaN if one is NaN.
     """
     if not squares.size:
-        return 0.0  # most nets have no hidden nodes
+        return 0.0  # most nets have no internal variables
     share(team, correct_part, (a, a_end, h, v_end, squares, team))
     return sqrt(greatest(team.found[0]))
 
@@ -181,7 +181,7 @@ def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
         squares: Scratch, shape (node,); its size limits which nodes count.
     """
     if not squares.size:
-        return 0.0  # most nets have no hidden nodes
+        return 0.0  # most nets have no internal variables
     share(team, distance_part, (one, two, squares, team))
     return sqrt(greatest(team.found[0]))
 
@@ -216,7 +216,7 @@ def length(vector: Floats, squares: Floats, team: Team) -> float:
         squares: Scratch, as for ``distance``.
     """
     if not squares.size:
-        return 0.0  # most nets have no hidden nodes
+        return 0.0  # most nets have no internal variables
     share(team, length_part, (vector, squares, team))
     return sqrt(greatest(team.found[0]))
 

@@ -96,10 +96,10 @@ class Balance:
         self._pushing = (*state.jets.values(), *state.pressures)
         self._number, self._time = moving, state.time
         self._fields = tuple(field.recalling(state.velocity).relaxed for field in state.fields)
-        # Nothing moves; the velocities of hidden nodes say how far elements have flowed.
+        # Nothing moves; internal variables say how far elements have flowed.
         self._still = np.zeros_like(state.velocity)
         for field in self._fields:
-            self._still[field.hidden] = state.velocity[field.hidden]
+            self._still[field.internal_rows] = state.velocity[field.internal_rows]
         self._position, self._drawn = state.position.copy(), state.network.position
         self._start = self._position[self.free]
         self._frozen = np.zeros_like(self._start)

@@ -26,7 +26,7 @@ def rests_pressed(state: State) -> bool:
     """
     if state.touching is not None:
         return False
-    free, memory = state.free, state.network.memory
+    free, memory = state.free, state.network.internal_rows
     still = np.zeros_like(state.velocity)
     still[memory] = state.velocity[memory]  # what springs and friction remember
     length = observables.lengths(state.springs.ends, state.position)
@@ -55,7 +55,7 @@ def pulls(state: State) -> tuple[Floats, Floats]:
     """
     still = np.zeros_like(state.velocity)
     length = observables.lengths(state.springs.ends, state.position)
-    tension, force = _still_tension(state, length, still), np.zeros_like(still)
+    tension, force = _still_tension(state, length, still), np.zeros_like(state.position)
     _add_pulls(state, length, tension, force)
     return tension, force
 

@@ -97,7 +97,9 @@ class State(Struct, eq=False):
     """The state at ``time`` and what acts on it until the next event.
 
     Attributes:
-        position, velocity: State [m], [m/s], shape (node, 3).
+        position: Of nodes [m], shape (node, 3).
+        velocity: Of nodes, followed by internal variables times a rate [m/s], see
+            ``Network.internal``, shape (node + row, 3).
         alive: False for springs and elements that were cut or have broken, shape (entity,).
         mass: Masses [kg], shape (node,).
         springs: All springs with their present numbers. Rest lengths of threads under way are
@@ -149,11 +151,12 @@ class State(Struct, eq=False):
         tools: dict[str, Indices] = {
             tool.name: numbers_in(tool.nodes) for tool in network.tools
         }
+        rows = network.row_count - network.node_count
         return cls(
             network=network,
             time=0.0,
             position=network.position.copy(),
-            velocity=network.velocity.copy(),
+            velocity=np.pad(network.velocity, ((0, rows), (0, 0))),
             alive=network.present,
             mass=network.mass,
             springs=network.springs,
@@ -172,7 +175,6 @@ class State(Struct, eq=False):
         held = np.zeros(self.network.node_count, dtype=bool)
         for nodes in self.holders.values():
             held[nodes] = True
-        held[self.network.memory] = True
         if (embedding := self.embedding) is not None:
             held[embedding.nodes] = ~embedding.any_of(~held)
         return held
@@ -227,7 +229,7 @@ class State(Struct, eq=False):
         braking, own = np.full(self.network.node_count, float(self.drag)), self.network.drag
         if (planes := self.symmetry) is not None:  # the mirror image brakes the other part
             braking[planes.nodes] *= planes.share
-        if own is not None:  # followed by nodes of tools and hidden ones
+        if own is not None:  # followed by nodes of tools
             braking[: len(own)] += own
         return braking
 

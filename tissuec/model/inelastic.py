@@ -4,8 +4,8 @@ A branch is a spring c1 and a dashpot c1 τ in a row, beside the spring; q is wh
 gave way by. Above the yield force F the rest length flows by p, with the viscosity η. For the
 equations see ``forces.springs``.
 
-The variables q and p are kept in the velocities of hidden nodes, three to a node, each times a
-``rate``, so that they are stepped, stored and resumed like all other motion.
+The variables q and p follow the velocities of nodes in a state, each times a ``rate``, so that
+they are stepped, stored and resumed like all other motion; see ``Network.internal``.
 """
 
 from collections.abc import Callable

@@ -26,7 +26,7 @@ from tissuec.model.topology import PairIndex
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-# What hidden nodes remember.
+# Whose internal variables there are.
 SPRINGS = "springs"
 FRICTION = "friction"
 ELEMENTS = "elements"
@@ -204,11 +204,16 @@ class ToolPart(Struct, frozen=True):
         return np.arange(start, start + 2), np.arange(start + 2, start + 4)
 
 
-class MemoryPart(Struct, frozen=True):
-    """Hidden nodes that store internal variables, such as ``FRICTION``."""
+class InternalPart(Struct, frozen=True):
+    """Internal variables of one kind, three to a row behind those of nodes.
+
+    Attributes:
+        name: Whose they are: ``SPRINGS``, ``ELEMENTS``, or of bristles ``FRICTION``.
+        rows: Behind the rows of nodes.
+    """
 
     name: str
-    nodes: slice
+    rows: slice
 
 
 class MirrorPlane(Struct, frozen=True, eq=False):
@@ -241,9 +246,8 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         tools: Nodes after those of the bodies that carry the shapes of tools.
         skin_elements: The element of each triangle of the skin, an entity, or -1, shape
             (triangle,); None where no element may break.
-        memories: Hidden nodes after all others whose velocities are variables of first order:
-            what friction or springs did before. They stay where they are and are no unknowns
-            of the motion.
+        internal: Internal variables of first order: what friction, springs and elements did
+            before. A state has them behind its velocities, times a rate.
         blocks: What acts beside springs from the start: elements, contact, ``force`` blocks.
         weighing: Weights of the nodes of bodies over those that their masses would have,
             dimensionless, shape (node,); None if all are 1.
@@ -266,7 +270,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     provenance: Mapping[str, Provenance]
     joints: tuple[JointPart, ...] = ()
     tools: tuple[ToolPart, ...] = ()
-    memories: tuple[MemoryPart, ...] = ()
+    internal: tuple[InternalPart, ...] = ()
     blocks: tuple[FieldBlock, ...] = ()
     weighing: Floats | None = None
     drag: Floats | None = None
@@ -349,39 +353,34 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return replace(self, blocks=tuple(known.values()))
 
     @property
-    def shown_nodes(self) -> int:
-        """Return how many nodes belong to bodies and tools."""
-        return self.memories[0].nodes.start if self.memories else self.node_count
+    def row_count(self) -> int:
+        """Return how many nodes and rows of internal variables there are."""
+        return self.internal[-1].rows.stop if self.internal else self.node_count
 
     @property
-    def memory(self) -> slice:
-        """Return the hidden nodes, whatever they remember."""
-        return slice(self.shown_nodes, self.node_count)
+    def internal_rows(self) -> slice:
+        """Return the rows of internal variables, behind those of nodes."""
+        return slice(self.node_count, self.row_count)
 
     def remembering(self, name: str) -> Indices:
-        """Return the hidden nodes that remember one thing, shape (node,)."""
-        parts = (part.nodes for part in self.memories if part.name == name)
-        part = next(parts, slice(0, 0))
-        return numbers_in(part)
+        """Return the rows of internal variables of one kind, shape (row,)."""
+        parts = (part.rows for part in self.internal if part.name == name)
+        return numbers_in(next(parts, slice(0, 0)))
 
     @property
     def relaxes(self) -> bool:
         """Return whether springs relax or flow, or elements relax."""
         return self.springs.inelastic is not None or len(self.remembering(ELEMENTS)) > 0
 
-    def with_memory(self, name: str, home: Floats, mass: float, origin: Origin) -> "Network":
-        """Return this with hidden nodes after all others.
+    def with_internal(self, name: str, rows: int) -> "Network":
+        """Return this with internal variables behind all others.
 
         Args:
-            name: What they remember.
-            home: Where they stay [m], shape (node, 3).
-            mass: A number above zero, which is none of the scene [kg].
-            origin: Of that mass.
+            name: Whose they are.
+            rows: How many, of three each.
         """
-        part = MemoryPart(name, slice(self.node_count, self.node_count + len(home)))
-        same = Provenance(np.zeros(len(home), dtype=np.int32), (origin,))
-        known = self.with_nodes(home, mass, same)
-        return replace(known, memories=(*self.memories, part))
+        part = InternalPart(name, slice(self.row_count, self.row_count + rows))
+        return replace(self, internal=(*self.internal, part))
 
     def with_nodes(self, places: Floats, mass: float, known: Provenance) -> "Network":
         """Return this with nodes at rest after all others.

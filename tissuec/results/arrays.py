@@ -17,7 +17,6 @@ from tissuec.model.network import (
     BodyPart,
     Grid,
     JointPart,
-    MemoryPart,
     Network,
     ThreadBody,
     ToolPart,
@@ -68,7 +67,6 @@ def write_network(store: Store, network: Network) -> None:
     if network.joints:
         names = [part.name for part in network.joints]
         store.arrays(schema.JOINTS, springs=_springs_of(network.joints), name=names)
-    store.array(schema.HIDDEN[""], [network.shown_nodes, network.node_count])
     if springs.inelastic is not None:
         numbers = {name: getattr(springs.inelastic, name) for name in schema.INELASTIC}
         store.arrays(schema.INELASTIC, **numbers)
@@ -112,7 +110,6 @@ def read_network(file: ResultGroup, source: Source) -> Network:
     arrays = Contents(file, schema.NETWORK).whole
     span = Span(source, 0, len(source.text))
     laws = Contents(file, schema.LAWS).rows("name", "elastic", "viscous")
-    hidden = slice(*access.array(file, schema.HIDDEN[""].path).tolist())
     inelastic = Contents(file, schema.INELASTIC)
     skin, edges = (each[""].path for each in (schema.SKIN_ELEMENTS, schema.EDGES))
     springs = Springs(
@@ -128,7 +125,6 @@ def read_network(file: ResultGroup, source: Source) -> Network:
         joints=tuple(JointPart(*part, span) for part in _read_joints(file)),
         tools=tuple(_read_tools(file, span)),
         provenance={},
-        memories=(MemoryPart("", hidden),) if hidden.start < hidden.stop else (),
         skin_elements=access.array(file, skin) if skin in file else None,
         edges=access.array(file, edges) if edges in file else np.zeros((0, 2), dtype=np.int32),
     )

@@ -21,7 +21,7 @@ from tissuec.results.arrays import array_of
 from tissuec.results.schema import CHECKPOINT, NETWORK
 from tissuec.results.store import Store, member_name
 
-FORMAT = 7  # another number for any other entries
+FORMAT = 8  # another number for any other entries
 Value = NDArray[Any] | int | float | bool | str
 
 

@@ -59,7 +59,7 @@ class FrameRecorder:
         self._shows: DrawnMesh | None = file.parts.drawn
         # All of them need no look-up.
         whole = len(mesh.nodes) == network.node_count
-        self._nodes = slice(None) if whole else mesh.nodes
+        self._nodes = slice(network.node_count) if whole else mesh.nodes
         self._last_time = file.last_time()
         self.alive: NDArray[np.bool_] | None = None
         self.waiting = 0
@@ -234,7 +234,7 @@ class SideColumns:
     """
 
     def __init__(self, network: Network, frames: FrameColumns):
-        tools = np.arange(network.body_nodes, network.shown_nodes)
+        tools = np.arange(network.body_nodes, network.node_count)
         self._nodes = np.concatenate([frames.places("node"), tools])
         self._frames, self._bytes = frames, row_bytes(network)
         self.datasets = {
@@ -290,7 +290,7 @@ class Sides:
         self.times: Floats = np.zeros(0)
         if SIDES.path in file:
             self.times = access.array(file, SIDES["time"].path)
-        points = nodes + network.shown_nodes - network.body_nodes
+        points = nodes + network.node_count - network.body_nodes
         self.position, self.velocity = (self._frames(one, points) for one in MOTION)
         self.fields = {
             one.name: self._frames(one, points if one.at == "node" else count)

@@ -255,9 +255,11 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         triangles = row[network.skin[shown].reshape(-1, 3)]
         solids = ElementCells.of(network) if solids is None else solids
         bodies = np.array([body.nodes.stop for body in network.bodies])
-        hidden = np.zeros(len(bodies) + 1, dtype=bool)
-        hidden[np.searchsorted(bodies, np.flatnonzero(row < 0), side="right")] = True
-        elements = np.flatnonzero(~hidden[np.searchsorted(bodies, solids.firsts, side="right")])
+        partial = np.zeros(len(bodies) + 1, dtype=bool)
+        partial[np.searchsorted(bodies, np.flatnonzero(row < 0), side="right")] = True
+        elements = np.flatnonzero(
+            ~partial[np.searchsorted(bodies, solids.firsts, side="right")]
+        )
         own = solids.some(elements)
         own = replace(own, nodes=row[own.nodes])
         return cls(

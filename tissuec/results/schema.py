@@ -125,12 +125,6 @@ SOLIDS = GroupSpec(
     packed="large",
     when="scenes with solid elements",
 )
-HIDDEN = GroupSpec(
-    "/tissuec/network/hidden",
-    "nodes behind all others that only store state. With friction there is one for each node "
-    "of a body; its velocity is the deflection of the bristles times a rate",
-    {"": _integers("2", f"first internal node, which only stores state, {_ENDS}")},
-)
 LAWS = GroupSpec(
     "/tissuec/network/laws",
     "the laws of springs",
@@ -499,7 +493,7 @@ PARTICLES = GroupSpec(
 )
 GROUPS = (
     FRAMES, PARTS, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES, ERRORS,
-    COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, SOLIDS, HIDDEN, LAWS,
+    COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, SOLIDS, LAWS,
     BODIES, JOINTS, TOOLS, EDGES, INELASTIC, SKIN_ELEMENTS, ORIGINS, ORIGINS_OF, SETS, REGIONS,
     CHECKPOINT, SUMS,
 )  # fmt: skip

@@ -135,7 +135,7 @@ def _frames(network: Network, columns: FrameColumns, frames: int, parts: int) ->
     for dataset, rows in columns.rows():
         yield column(rows * frames, dataset)
     tools = TOOL_FRAMES["position"].of(kind=columns.kind)
-    yield column((network.shown_nodes - network.body_nodes) * frames, tools)
+    yield column((network.node_count - network.body_nodes) * frames, tools)
     for dataset in (ERRORS["time"], ERRORS["value"]) * 2:  # and those of the companion run
         yield column(frames, dataset)
     yield column(nodes, columns.node_id)

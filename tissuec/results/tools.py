@@ -48,7 +48,7 @@ class ToolTable:
 
     def __init__(self, store: Store, network: Network, kind: str):
         self._store, self._network, self._kind = store, network, kind
-        self._nodes = np.arange(network.body_nodes, network.shown_nodes)
+        self._nodes = np.arange(network.body_nodes, network.node_count)
         self._position = None
         if len(self._nodes):
             self._position = store.column(TOOL_FRAMES["position"].of(kind=kind))

@@ -114,12 +114,9 @@ def _worst_position(
     return QuantityError(name, float(errors[row]), bound, None, scale, time, node)
 
 
-def velocity(
-    run: Observed, reference: Reference, network: Network, valid: NDArray[np.bool_]
-) -> QuantityError:
+def velocity(run: Observed, reference: Reference, valid: NDArray[np.bool_]) -> QuantityError:
     """Return the error of velocities, relative to the largest speed of the run."""
-    shown = slice(network.shown_nodes)
-    error = _distance(run.velocity[:, shown], reference.velocity[:, shown]) * valid[:, None]
+    error = _distance(run.velocity, reference.velocity) * valid[:, None]
     scale = float(reference.speed[-1])
     row, node = np.unravel_index(np.argmax(error), error.shape)
     worst = relative(error[row, node], np.array(scale), 0.0)

@@ -125,7 +125,7 @@ class _SampleRecorder(Recorder):
             (
                 samples.time,
                 samples.position,
-                samples.velocity,
+                samples.velocity[:, : self.network.node_count],
                 snapshot.node_force,
                 ledger.balance(snapshot.energies),
                 ledger.size(snapshot.energies),

@@ -127,7 +127,7 @@ class Equations:
 
     def __init__(self, state: "State", stop: float):
         network = state.network
-        self.count = network.node_count
+        self.count, self.rows = network.node_count, network.row_count
         self.drawn = network.position
         # Where profiles begin and end may differ from the ends of the stretch by rounding.
         margin = ROUNDING * stop
@@ -251,9 +251,12 @@ class Equations:
         return min(max(time, self.window[0]), self.window[1])
 
     def spread(self, time: float, y: Floats) -> tuple[Floats, Floats]:
-        """Return displacements [m] and velocities [m/s] of all nodes, shape (node, 3) each."""
+        """Return displacements [m] and velocities [m/s] of all nodes, shape (node, 3) each.
+
+        Velocities are followed by internal variables, see ``Network.internal``.
+        """
         inside = self._inside(time)
-        moved, velocity = self._still.copy(), np.zeros((self.count, 3))
+        moved, velocity = self._still.copy(), np.zeros((self.rows, 3))
         for motion in self.motions:
             place, velocity[motion.nodes] = motion.at(inside)
             moved[motion.nodes] = place - self.drawn[motion.nodes]

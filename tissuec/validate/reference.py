@@ -196,8 +196,8 @@ class ReferenceRun:
         state.time = time
         state.position[free] = equations.drawn[free] + moved[free]
         state.velocity[free] = velocity[free]
-        hidden = self.network.memory
-        state.velocity[hidden] = velocity[hidden]
+        internal = self.network.internal_rows
+        state.velocity[internal] = velocity[internal]
         state.place_held()
         self.work, self.lost = map(float, y[-2:])
 

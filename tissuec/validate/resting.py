@@ -286,7 +286,8 @@ class EnergyField:
         self._equations = equations = Equations(still, state.time)
         self._time = state.time
         self._speed = np.zeros_like(state.velocity)
-        self._speed[state.network.memory] = state.velocity[state.network.memory]
+        internal = state.network.internal_rows
+        self._speed[internal] = state.velocity[internal]
         # Without what bristles of friction remember.
         self._flowed = np.zeros_like(state.velocity)
         flowed = state.network.remembering(ELEMENTS)

@@ -274,7 +274,7 @@ class Track:
         springs = equations.pull(self.due, moved, velocity)
         energies = self.measure(equations, self.due, y, springs)
         self.position[row] = equations.drawn + moved
-        self.velocity[row] = velocity
+        self.velocity[row] = velocity[: equations.count]
         self.force[row] = equations.drawn_forces(self.due, moved, velocity, springs)
         self.sizes[row] = self.scales.displacement, self.scales.speed
         self.energies[row] = *energies, *y[-2:], switched

@@ -101,7 +101,7 @@ class Judge:
         return (
             *compare.position(run, reference, self._network, bound, judged),
             compare.energy_balance(run, self._network, bound),
-            compare.velocity(run, reference, self._network, valid),
+            compare.velocity(run, reference, valid),
             *compare.support_forces(run, reference, end, groups, valid, bound),
         )
 

@@ -268,7 +268,7 @@ def _notes(
             yield f"contact is ignored: it acts on {counted(touched, 'node')}"
     if state.springs.inelastic is not None:
         yield "springs that relax or yield have the stiffness after complete relaxation"
-    if any(field.relaxed.hidden.size < field.hidden.size for field in state.fields):
+    if any(len(one.relaxed.internal_rows) < len(one.internal_rows) for one in state.fields):
         yield "elements that relax have the stiffness after complete relaxation"
     elongation = net.bars.length - net.balance.springs.rest
     viscosity = net.balance.springs.behaviour.brake_slope(elongation, np.zeros_like(elongation))

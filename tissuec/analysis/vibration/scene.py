@@ -206,8 +206,8 @@ def _amplitude(network: Network, mode: Mode) -> float:
 def _fields(state: State, shift: Floats) -> dict[str, Floats]:
     """Return the fields of frames beside the place of a state."""
     still = np.zeros_like(state.velocity)
-    memory = state.network.memory
-    still[memory] = state.velocity[memory]
+    internal = state.network.internal_rows
+    still[internal] = state.velocity[internal]
     none = np.zeros(state.network.entity_count, dtype=bool)
     there = Snapshot(state, state.time, state.position + shift, still, none)
     return {one.name: FIELDS[one.name].sample(there) for one in always_recorded()}

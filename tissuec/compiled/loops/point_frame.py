@@ -396,7 +396,7 @@ class PointLoop(ItemLoop):
         return found
 
     def kept_at(self, q: str, vector: str, change: str = "") -> list[list[str]]:
-        """Return the components of a vector at the hidden nodes of a point, by tensors.
+        """Return the components of a vector that are variables of a point, by tensors.
 
         Without a tensor, they have any value.
 
@@ -434,7 +434,7 @@ class PointLoop(ItemLoop):
         return found
 
     def give(self, name: str, q: str, room: str, vector: str = "f", change: str = "") -> None:
-        """Add stored numbers to a vector at the hidden nodes of each lane."""
+        """Add stored numbers to the variables of each lane in a vector."""
         code, own = self.code, self.code.add(f"mul i64 {q}, {self.kept_numbers}")
         for tensor in range(self.point.tensors):
             loop = f"{name}.{tensor}"

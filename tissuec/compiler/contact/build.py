@@ -86,10 +86,9 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     known = replace(network.with_nodes(added, ONE_GRAM, origins), tools=parts)
     if law is None:
         return known
-    origin = Origin(environment.span, "friction")
     points = face_points(known, [tool for tool in tools if tool.may_touch], law)
-    home = [network.position] if points is None else [network.position, points.position]
-    return known.with_memory(FRICTION, np.concatenate(home), ONE_GRAM, origin)
+    more = 0 if points is None else len(points.position)
+    return known.with_internal(FRICTION, network.node_count + more)
 
 
 def _can_touch(network: Network, tools: Sequence[Tool], law: EnvironmentEntries) -> bool:

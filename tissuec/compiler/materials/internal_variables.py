@@ -1,4 +1,4 @@
-"""Internal variables of springs and elements, and hidden nodes that store them."""
+"""Internal variables of springs and elements, and where states keep them."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil, sqrt
@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.core.structs import replace
 from tissuec.model.blocks import OF_ELEMENTS, FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
-from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network, Origin
+from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network
 
 Arrays = Mapping[str, Floats]
 
@@ -48,7 +48,7 @@ def inelastic_of(bodies: Sequence[Arrays], springs: Sequence[int]) -> Inelastic 
 
 
 def with_memory(network: Network) -> Network:
-    """Return a network with hidden nodes that store the internal variables of its springs.
+    """Return a network with the internal variables of its springs.
 
     Variables are multiplied by the fastest rate of the net, or their own if that is faster: an
     error of elongations counts then as one of positions does.
@@ -58,24 +58,19 @@ def with_memory(network: Network) -> Network:
         return network
     has = np.isfinite(np.vstack([inelastic.time, inelastic.viscosity]))
     count = int(np.count_nonzero(has))
-    first = 3 * network.node_count
+    first = 3 * network.row_count
     slot = np.full(has.shape, -1)
     # The variables of a spring lie together.
     slot.T[has.T] = first + np.arange(count)
     own = np.vstack([1.0 / inelastic.time, np.zeros(has.shape[1])])
     rate = np.maximum(own, _fastest(network))
-    spring = np.nonzero(has.T)[0][::3]
-    home = network.position[network.springs.ends[spring, 0]]
-    assert len(home) == ceil(count / 3)
-    part = network.owner(int(spring[0]))
-    mass = float(network.mass[: network.body_nodes].min())
-    known = network.with_memory(SPRINGS, home, mass, Origin(part.span, "memory"))
+    known = network.with_internal(SPRINGS, ceil(count / 3))
     stored = replace(inelastic, slot=slot, rate=rate)
     return replace(known, springs=replace(known.springs, inelastic=stored))
 
 
 def with_element_memory(network: Network) -> Network:
-    """Return a network with hidden nodes that store the internal variables of its elements.
+    """Return a network with the internal variables of its elements.
 
     Strains, times the size of their elements, are multiplied as those of springs are.
     """
@@ -85,16 +80,12 @@ def with_element_memory(network: Network) -> Network:
     if not blocks:
         return network
     fastest = max(block.field.fastest(network.mass) for block in blocks)
-    first, homes, stored = network.node_count, list[Floats](), list[FieldBlock]()
+    first, stored = network.row_count, list[FieldBlock]()
     for block in blocks:
         field = block.field.stored(first, fastest)
-        count = len(field.hidden)
-        first += count
-        homes.append(np.broadcast_to(network.position[field.nodes[0, 0]], (count, 3)))
+        first += len(field.internal_rows)
         stored.append(field.block)
-    mass = float(network.mass[: network.body_nodes].min())
-    origin = Origin(blocks[0].field.span, "memory")
-    known = network.with_memory(ELEMENTS, np.concatenate(homes), mass, origin)
+    known = network.with_internal(ELEMENTS, first - network.row_count)
     return known.with_blocks(*stored)
 
 

@@ -214,7 +214,7 @@ def is_path_simple(network: Network, plan: Plan) -> bool:
     return (
         plan.simulation.integrator == EQUILIBRIUM
         and network.contact is None
-        and network.memory.start == network.node_count
+        and not network.internal
         and not plan.breakable
     )
 

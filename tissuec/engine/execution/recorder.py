@@ -467,7 +467,8 @@ class Recorder:
         if len(output.frames) and (snapshot := part(output.every)) is not None:
             fields = self._sampler.of(snapshot)
             time = np.asarray(snapshot.time)
-            self.writer.frames(time, snapshot.position, snapshot.velocity, fields)
+            velocity = snapshot.velocity[..., : self.network.node_count, :]
+            self.writer.frames(time, snapshot.position, velocity, fields)
 
     def write_surfaces(self, part: Part) -> None:
         """Write what is due of smooth surfaces, ``part`` being the samples of a rate."""

@@ -101,8 +101,7 @@ class Integrator(Protocol):
     def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
         """Return the largest local errors in a node's position [m] and velocity [m/s].
 
-        The third one is that of what hidden nodes keep as velocities [m/s], such as bristles of
-        friction.
+        The third one is that of internal variables [m/s], such as bristles of friction.
         """
         ...
 

@@ -103,7 +103,7 @@ def solve_stage(
         if q * q * left <= work.goal[0] and q * left <= work.goal[1]:
             made[1] = rate
             # Of what is remembered, only the velocities have been solved for.
-            if net.hidden.size > 0 or net.inelastic:
+            if net.internal_rows.size > 0 or net.inelastic:
                 place(then, x, v, net)
             return near
         if not size < 1e300:
@@ -211,8 +211,8 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     if work.solver.made[4] == 0.0:
         combine_errors(h, current, work)
     of_x, of_v, each, bodies = work.trial_x, work.trial_v, work.each, work.moving.size
-    hidden = length(of_v[3 * bodies :], each[bodies:], work.team)
-    return length(of_x, work.moving, work.team), length(of_v, work.moving, work.team), hidden
+    internal = length(of_v[3 * bodies :], each[bodies:], work.team)
+    return length(of_x, work.moving, work.team), length(of_v, work.moving, work.team), internal
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

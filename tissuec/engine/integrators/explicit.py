@@ -60,9 +60,9 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the largest local errors, as ``Integrator.estimate`` does."""
     bodies = work.moving.size
     blended_errors(h, current, work.each[bodies:], bodies, work)
-    hidden = work.errors[1]
+    internal = work.errors[1]
     blended_errors(h, current, work.moving, 0, work)
-    return work.errors[0], work.errors[1], hidden
+    return work.errors[0], work.errors[1], internal
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

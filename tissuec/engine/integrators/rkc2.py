@@ -135,8 +135,8 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     accumulate(0.4 * h, work.a[current], error)
     accumulate(0.4 * h, work.a[other], error)
     bodies = work.moving.size
-    hidden = length(error[3 * bodies :], work.each[bodies:], work.team)
-    return position, length(error, work.moving, work.team), hidden
+    internal = length(error[3 * bodies :], work.each[bodies:], work.team)
+    return position, length(error, work.moving, work.team), internal
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

@@ -33,10 +33,10 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     work.effort[0] += 1
     before, split = work.a[current], 3 * work.moving.size
     # Hidden nodes are apart in the estimates. Driven ones have no acceleration.
-    hidden = work.each[work.moving.size :]
+    internal = work.each[work.moving.size :]
     change = correct(before, a, h, v, work.moving, work.team)
-    of_hidden = correct(before[split:], a[split:], h, v[split:], hidden, work.team)
-    work.errors[0], work.errors[1] = h * h / 6.0 * change, h / 6.0 * of_hidden
+    of_internal = correct(before[split:], a[split:], h, v[split:], internal, work.team)
+    work.errors[0], work.errors[1] = h * h / 6.0 * change, h / 6.0 * of_internal
     return near
 
 

@@ -422,6 +422,11 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         return self._kernels.derivatives(("stiffness",))
 
     @property
+    def remembered(self) -> Indices:
+        """Return the rows of bristles; see ``Field``."""
+        return self.memory
+
+    @property
     def rubs(self) -> bool:
         """Return whether there is friction anywhere."""
         return len(self.memory) > 0
@@ -454,13 +459,13 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         room = np.zeros((3, 0))
         if self.between is not None:
             kept, points = int(np.count_nonzero(place >= 0)), len(self.between.corners)
-            places = np.concatenate([place, kept + np.arange(points)])
+            places = np.concatenate([place[:count], kept + np.arange(points)])
             listed, room = np.unique(pairs.node), np.zeros((3, 3 * (kept + points)))
             near = self.nodes[listed]
             near = near[near >= count]
             own = near - count
             corners, shares = self.between.corners[own], self.between.shares[own]
-        touches = self._table(places, position, pairs, listed)
+        touches = self._table(place, places, position, pairs, listed)
         if self._follows:
             return PressingRecord(self._pool(place, pairs, count, touches.bends), touches)
         rough = self.node_friction[listed if len(self.node_friction) else slice(None)]
@@ -478,20 +483,25 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         )
 
     def _table(
-        self, place: Indices, position: Floats, pairs: ContactPairs, listed: Indices
+        self,
+        every: Indices,
+        place: Indices,
+        position: Floats,
+        pairs: ContactPairs,
+        listed: Indices,
     ) -> ContactTable:
         """Return the record of pairs.
 
         Args:
-            place: Index of each node and point in the arrays of the kernel.
+            every: Index of each node and row of internal variables in the arrays of the kernel.
+            place: That of each node and point.
             pairs: Those near one another.
             listed: Numbers of the nodes that the record contains, ascending, shape (n,).
         """
         counts = np.bincount(pairs.node, minlength=len(self.nodes))[listed]
         memory = self.memory[listed] if len(self.memory) else self.memory
-        home = position[memory]
-        most, there = int(counts.max(initial=0)), place[: len(position)]
-        around = np.empty((np.count_nonzero(there >= 0), 3))
+        most, around = int(counts.max(initial=0)), np.zeros((np.count_nonzero(every >= 0), 3))
+        there = every[: len(position)]
         around[there[there >= 0]] = position[there >= 0]
         return ContactTable(
             nodes=place[self.nodes[listed]],
@@ -507,9 +517,8 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
             part=UNDIVIDED,
             met=np.zeros((most, COLUMNS)),
             at=np.zeros((most, PLACES), dtype=np.int64),
-            memory=place[memory],
-            home=home,
-            bent=np.zeros((len(home), 3 if self.between is None else AHEAD + 1)),
+            memory=every[memory],
+            bent=np.zeros((len(memory), 3 if self.between is None else AHEAD + 1)),
             lag=np.zeros(1),
             bends=np.zeros(3, dtype=np.int64),
             listed=around.ravel(),

@@ -1,8 +1,8 @@
 """What elements of solids and walls remember: tensors, branches that relax, and yielding.
 
-A tensor T that begins as 1 is kept as T - 1 in the velocities of hidden nodes, six numbers for
+A tensor T that begins as 1 is kept as T - 1 behind the velocities of nodes, six numbers for
 each point, or three in the plane of a wall, times a ``rate``, so that it is stepped, stored and
-resumed like all other motion.
+resumed like all other motion; see ``Network.internal``.
 """
 
 from abc import abstractmethod
@@ -73,8 +73,8 @@ class StoredTensors(Struct, metaclass=AbstractStruct, frozen=True, eq=False):
         slot[row, element] = first + self.numbers * points * np.arange(len(element))
         return replace(self, slot=slot, rate=size * np.maximum(self.slowest, fastest))
 
-    def nodes(self, points: int) -> Indices:
-        """Return the hidden nodes that keep all tensors, ascending, shape (node,).
+    def rows(self, points: int) -> Indices:
+        """Return the rows of velocities that keep all tensors, ascending, shape (row,).
 
         Args:
             points: Of each element.

@@ -23,7 +23,7 @@ is never negative, as X has real eigenvalues. (J. C. Simo, Comput. Meth. Appl. M
 60:153, 1987; A. Lion, Acta Mechanica 123:1, 1997; A. V. Shutov, R. Landgraf, J. Ihlemann,
 Comput. Meth. Appl. Mech. Eng. 265:213, 2013.)
 
-Ci is kept in the velocities of hidden nodes; see ``solids.element_memory``.
+Ci is an internal variable; see ``solids.element_memory``.
 
 Elements yield at von Mises' limit of stress, and flow above it. F = Fe Fp; elements that yield
 store the energy of Fe, and Fp is the shape without stress. Their laws do not depend on

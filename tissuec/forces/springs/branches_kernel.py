@@ -59,14 +59,13 @@ def remember(a: Floats, internal: InternalVariables) -> None:
         a[internal.slot[k]] = internal.change[k]
 
 
-def put_home(x: Floats, nodes: Integers, home: Floats) -> None:
-    """Set the nodes that store internal variables to their fixed positions.
+def keep_still(x: Floats, rows: Integers) -> None:
+    """Keep the places of internal variables at 0, whose velocities alone mean something.
 
     Args:
-        nodes: These nodes, shape (m,).
-        home: Their positions [m], shape (m, 3).
+        rows: Their places, shape (m,).
     """
-    for k in range(nodes.size):
-        i = 3 * nodes[k]
+    for k in range(rows.size):
+        i = 3 * rows[k]
         for c in range(3):
-            x[i + c] = home[k, c]
+            x[i + c] = 0.0

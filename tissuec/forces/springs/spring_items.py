@@ -6,8 +6,8 @@ w = n·(v_j - v_i). It acts with T n on i and with -T n on j, where
     T = S + g(e, w),    S = f(e) + Σ c1 (e - q),
     q' = (e - q)/τ,     p' = max(0, |S| - F) sign(S)/η;
 
-see ``springs``. The variables q of branches and p of what yields are velocities of hidden
-nodes, each divided by a ``rate``. The engine has loops of its own for these forces, as the
+see ``springs``. The variables q of branches and p of what yields follow the velocities of
+nodes, each times a ``rate``. The engine has loops of its own for these forces, as the
 layout of a net in memory decides their speed (``runs_kernel``, ``pairs_kernel``).
 """
 

@@ -192,11 +192,11 @@ def measured(
 
     Args:
         ends: Node pair of each spring, shape (spring, 2).
-        velocity: Of all nodes [m/s], shape as ``position``; rates are None without it.
+        velocity: Of all nodes, which internal variables may follow [m/s], shape (…, row, 3);
+            rates are None without it.
     """
-    each, shape = position.shape[-2:], (*position.shape[:-2], len(ends))
-    x = _states(position, each)
-    v = x if velocity is None else _states(velocity, each)
+    shape, x = (*position.shape[:-2], len(ends)), _states(position, position.shape[-2:])
+    v = x if velocity is None else _states(velocity, velocity.shape[-2:])
     length = np.empty((len(x), len(ends)))
     closing = np.empty((len(x), 0 if velocity is None else len(ends)))
     _compiled(measure)(np.ascontiguousarray(ends), x, v, length, closing)
@@ -281,13 +281,12 @@ def tightened(
     return pulled(behaviour, inelastic, stretch, velocity) + braking
 
 
-def table_of(inelastic: Inelastic, nodes: Indices, home: Floats) -> InternalVariables:
+def table_of(inelastic: Inelastic, rows: Indices) -> InternalVariables:
     """Return the record that kernels read.
 
     Args:
-        inelastic: Of the springs that act, with places of nodes.
-        nodes: Places of the nodes that variables are kept in, shape (m,).
-        home: Where these stay [m], shape (m, 3).
+        inelastic: Of the springs that act, with places of rows.
+        rows: Places of the rows that variables are kept in, shape (m,).
     """
     has = inelastic.slot >= 0
     spring, branch = np.nonzero(has[:-1].T)
@@ -306,8 +305,7 @@ def table_of(inelastic: Inelastic, nodes: Indices, home: Floats) -> InternalVari
         rate=inelastic.rate[chosen],
         scale=1.0 / inelastic.rate[chosen],
         change=np.zeros(len(chosen[0])),
-        nodes=nodes,
-        home=home,
+        rows=rows,
     )
 
 

@@ -20,7 +20,7 @@ the branches and of the law across the wall always balance. The dissipation,
 
 is never negative, as X has real eigenvalues with the sum T.
 
-P is kept in the velocities of hidden nodes; see ``solids.element_memory``.
+P is an internal variable; see ``solids.element_memory``.
 
 Walls yield at von Mises' limit of stress in plane stress, and flow above it as solids do. The
 tensor Cp keeps the volume 1, and has no shear across the wall: its part P in the plane

@@ -91,7 +91,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         state.time, state.alive = leg.start, leg.is_alive
         numbers = leg.changed(vector)
         changed = {name: leg.order.array(numbers, name) for name in NETWORK}
-        state.mass = changed.pop("mass")
+        state.mass = changed.pop("mass")[: network.node_count]
         state.springs = replace(state.springs, **changed)
         state.holders = dict(leg.holders)
         state.loads = {str(number): load for number, load in enumerate(leg.loads)}

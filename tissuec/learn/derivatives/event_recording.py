@@ -90,13 +90,14 @@ class EventRecorder:
     def _go(self, leg: Leg, state: State, vector: Floats) -> None:
         """Step a state to the end of a leg."""
         start = vector.copy()
-        for name in ("position", "velocity"):
-            self.order.array(start, name)[:] = getattr(state, name).ravel()
+        nodes = state.network.node_count
+        self.order.array(start, "position")[: 3 * nodes] = state.position.ravel()
+        self.order.array(start, "velocity")[:] = state.velocity.ravel()
         motion = Motion(
             EventSchedule((leg,)), self.stepping, self.order, self.step, np.array([leg.stop])
         )
         end = motion.forward(start)
-        state.position[:] = end.x[0].reshape(-1, 3)
+        state.position[:] = end.x[0].reshape(-1, 3)[:nodes]
         state.velocity[:] = end.v[0].reshape(-1, 3)
 
     def _logged_events(self, network: Network, queue: ActionQueue) -> list[RupturesAt]:
@@ -145,7 +146,9 @@ def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
     """
     if not isinstance(action, ChangeParameter):
         return
-    size = len(state.network.array(action.array))
+    network = state.network
+    is_mass = action.array == "mass"
+    size = network.row_count if is_mass else len(network.array(action.array))
     old = changes.get(action.array, ArrayChange(np.ones(size), np.zeros(size)))
     factor, more = old.factor.copy(), old.more.copy()
     chosen = action.chosen(state.network)

@@ -34,7 +34,8 @@ from tissuec.learn.parameters.numbers import (
     NumberOrder,
     acting_numbers,
     derivatives_of,
-    hidden_nodes,
+    in_rows,
+    internal_rows,
     named_fields,
     numbers,
 )
@@ -142,7 +143,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     Attributes:
         start, stop: [s].
         alive: Springs that act, shape (spring,).
-        held: Nodes that are no unknowns, shape (node,).
+        held: Nodes, and rows of internal variables, that are no unknowns, shape (row,).
         stopped: Nodes whose velocity is set when the leg begins, shape (node,).
         given: Their velocities [m/s], shape (node, 3).
         gravity: [m/s²], shape (3,).
@@ -249,7 +250,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         free = ~self.held
         moves = free.copy()
         if self.remembers:
-            moves[hidden_nodes(self.network)] = False
+            moves[internal_rows(self.network)] = False
         drag = self.drag + values.drag
         if (planes := self.planes) is not None:  # the mirror image brakes the other part
             drag[planes.nodes] -= self.drag * (1.0 - planes.share)
@@ -333,19 +334,14 @@ def leg_of(
         remembers: Whether what springs remember changes.
         set_anew: Which free nodes were given their velocities by events, shape (node,).
     """
-    held, network = state.held, state.network
+    network, rows = state.network, np.arange(state.network.row_count)
+    held = np.append(state.held, rows[network.internal_rows] >= 0)
     acting = named_fields(state)
     if not remembers:
         acting = {name: field.relaxed for name, field in acting.items()}
     remembers = remembers and network.relaxes
     if remembers:
-        # What is remembered moves as nodes of 1 kg do, whatever the scene weighs.
-        hidden = hidden_nodes(network)
-        held[hidden] = False
-        factor, more = changes.get("mass", ArrayChange(np.ones(len(held)), np.zeros(len(held))))
-        factor, more = factor.copy(), more.copy()
-        factor[hidden], more[hidden] = 0.0, 1.0
-        changes = {**changes, "mass": ArrayChange(factor, more)}
+        held[internal_rows(network)] = False  # what is remembered moves as nodes of 1 kg do
     alive = np.flatnonzero(state.alive)
     laws, constants = order.laws or network.springs.laws, order.sizes["constants"]
     acting_springs = alive[alive < network.spring_count]
@@ -360,7 +356,7 @@ def leg_of(
         held | set_anew,
         state.velocity.copy(),
         state.gravity.copy(),
-        state.weighing,
+        in_rows(state.weighing, network, 1.0),
         state.drag,
         dict(state.holders),
         tuple(state.motions.values()),
@@ -385,14 +381,15 @@ def acting_fields(
             (3 node,).
         planes: Of symmetry, that act last.
     """
-    place = np.arange(leg.network.node_count, dtype=np.int64)
+    place = np.arange(leg.network.row_count, dtype=np.int64)
+    position = x.reshape(-1, 3)[: leg.network.node_count]
     tables: list[RecordTable] = []
     calls: list[tuple[int, int, int]] = []
     counts = [0]
 
     def enter(one: Field, loops: Sequence[Callable[..., None]], count: int) -> None:
         acts = acts_of(one.changes, leg.start, leg.stop)
-        table = RecordTable(one.table(place, acts, x.reshape(-1, 3)))
+        table = RecordTable(one.table(place, acts, position))
         force, backwards, forwards = (kernel_address(loop, table) for loop in loops)
         calls.append((force, backwards, forwards))
         tables.append(table)

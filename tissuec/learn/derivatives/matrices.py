@@ -60,6 +60,7 @@ def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatri
     wide = [np.zeros((len(at.x), 0))]
     number, inverse = np.arange(size), sparse.diags(np.repeat(links.inverse, 3))
     position, velocity = at.x.reshape(-1, 3), at.v.reshape(-1, 3)
+    position = position[: act.leg.network.node_count]
     for each in act.fields:
         field = each.recalling(velocity)
         stiff, beside = field.split(time, position, number, size)

@@ -31,6 +31,7 @@ from tissuec.learn.derivatives.matrices import (
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.observables import Observable, StateView, pull, push
 from tissuec.learn.derivatives.stepping import LegForces, act_on
+from tissuec.learn.parameters.numbers import in_rows
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.measurements.experiment import Series
 from tissuec.model.network import Floats
@@ -224,12 +225,12 @@ class StaticModel:
             order, network = self.shaping.order, self.shaping.network(theta)
             vector = self.shaping.vector(theta)
             found: list[Equilibrium] = []
-            places = order.array(vector, "position").reshape(-1, 3)
+            places = order.array(vector, "position").reshape(-1, 3)[: network.node_count]
             is_frozen = self._theta is not None and np.array_equal(theta, self._theta)
             for stand in self._stands:
                 places = stand.places if is_frozen else stand.balanced(network, vector, places)
-                still = np.zeros(places.size)
-                view = StateView(stand.leg, vector, places.ravel(), still, stand.time)
+                here = in_rows(places, network).ravel()
+                view = StateView(stand.leg, vector, here, np.zeros_like(here), stand.time)
                 found.append(Equilibrium(stand, view))
             self._known = key, found
         return self._known[1]

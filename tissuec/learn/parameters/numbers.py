@@ -115,9 +115,20 @@ def memory_numbers(inelastic: Inelastic | None) -> Floats:
     return np.concatenate(rows).ravel()
 
 
-def hidden_nodes(network: Network) -> Indices:
-    """Return the nodes that keep what springs and elements remember, shape (node,)."""
+def internal_rows(network: Network) -> Indices:
+    """Return the rows of what springs and elements remember, see ``Network.internal``."""
     return np.concatenate([network.remembering(name) for name in (SPRINGS, ELEMENTS)])
+
+
+def in_rows(values: Floats, network: Network, other: float = 0.0) -> Floats:
+    """Return numbers of nodes, followed by others for rows of internal variables.
+
+    Args:
+        values: In any unit, shape (node, …).
+        other: Of each row.
+    """
+    rows = np.full((network.row_count - len(values), *values.shape[1:]), other)
+    return np.concatenate([values, rows])
 
 
 #: Arrays of the vector, in its order.
@@ -155,7 +166,7 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
             fields: All fields that have derivatives.
             laws: As the attribute.
         """
-        nodes, springs = network.node_count, network.spring_count
+        nodes, springs = network.row_count, network.spring_count
         own = sum(len(numbers(field)) for field in fields.values())
         state = 3 * nodes, 3 * nodes
         past = springs * rows_of(network.springs.inelastic)
@@ -191,22 +202,27 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         Constants of laws are 0, and so are numbers of fields that are not there.
         """
         parts = [network.array(name) for name in NETWORK]
+        parts[0] = in_rows(network.mass, network, 1.0)  # whatever the scene weighs
         parts += [np.zeros(self.sizes["constants"]), np.zeros(self.sizes["drag"])]
-        if network.drag is not None:  # followed by nodes of tools and hidden ones
+        if network.drag is not None:  # followed by nodes of tools and internal variables
             parts[-1][: len(network.drag)] = network.drag
         for name, field in self.fields.items():
             here = fields.get(name)
             parts.append(np.zeros_like(numbers(field)) if here is None else numbers(here))
         parts.append(memory_numbers(network.springs.inelastic))
-        parts += [network.position.ravel(), network.velocity.ravel()]
+        parts += [
+            in_rows(each, network).ravel() for each in (network.position, network.velocity)
+        ]
         return np.concatenate(parts)
 
     def network(self, vector: Floats, network: Network) -> Network:
         """Return a network with other numbers; laws and fields are unchanged."""
+        nodes = network.node_count
         arrays = {name: self.array(vector, name).copy() for name in NETWORK}
+        arrays["mass"] = arrays["mass"][:nodes]
         if network.drag is not None:
             arrays["drag"] = self.array(vector, "drag")[: len(network.drag)].copy()
-        state = {name: self.array(vector, name).reshape(-1, 3).copy() for name in STATE}
+        state = {name: self.array(vector, name).reshape(-1, 3)[:nodes].copy() for name in STATE}
         return network.with_arrays(arrays | state)
 
     def seeds(

@@ -19,12 +19,9 @@ PointNumbers: TypeAlias = Callable[[Any, Floats], Floats]
 
 
 def _states(snapshot: Snapshot) -> Iterator[tuple[int, Floats, Floats]]:
-    """Yield the number, positions and velocities of each state, shape (node, 3)."""
-    shape = (-1, *snapshot.position.shape[-2:])
-    states = zip(
-        snapshot.position.reshape(shape), snapshot.velocity.reshape(shape), strict=True
-    )
-    yield from ((row, *state) for row, state in enumerate(states))
+    """Yield the number, and positions and velocities of each state, shape (row, 3)."""
+    each = (one.reshape(-1, *one.shape[-2:]) for one in (snapshot.position, snapshot.velocity))
+    yield from ((row, *state) for row, state in enumerate(zip(*each, strict=True)))
 
 
 def at_points(

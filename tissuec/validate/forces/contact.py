@@ -96,7 +96,7 @@ class ContactForce:
         """
         of, points, bent = self._of, self._to_points(len(position)), velocity[self._of.memory]
         if points is not None:
-            position, velocity = points @ position, points @ velocity
+            position, velocity = points @ position, points @ velocity[: len(position)]
         force = np.zeros_like(position)
         touched = _Touched(of, position, pairs)
         deepening = touched.deepening(velocity)

@@ -59,7 +59,7 @@ class ElementSolid(ForceFormula):
     Args:
         elements: Read for nodes, moduli and laws.
         drawn: Places of all nodes as drawn [m], shape (node, 3).
-        velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones give the plastic
+        velocity: Of all nodes [m/s], followed by internal variables, which give the plastic
             strain of the elements, which ``matrix`` uses.
     """
 
@@ -74,9 +74,9 @@ class ElementSolid(ForceFormula):
         self._along = of.along
         self._fibres = of.stiffness[:, None], of.stiffening[:, None], of.dispersion[:, None]
         self._laws = SolidLaws(elements.laws, elements.law, self._shear)
-        has_branches = elements.branches is not None and len(elements.hidden)
+        has_branches = elements.branches is not None and len(elements.internal_rows)
         self.branches = RelaxingElements(elements) if has_branches else None
-        yields = elements.yielding is not None and len(elements.hidden)
+        yields = elements.yielding is not None and len(elements.internal_rows)
         self.plastic = PlasticElements(elements) if yields else None
         #: What they remember, in the order of unknowns.
         self.kept = [one for one in (self.branches, self.plastic) if one is not None]
@@ -283,7 +283,7 @@ class ElementSolid(ForceFormula):
 
     def _rate(self, position: Floats, velocity: Floats) -> tuple[Any, Strained]:
         """Return dF/dt, and the rates of all else that is strained [1/s]."""
-        moved = self._strained(position + 1j * STEP * velocity)
+        moved = self._strained(position + 1j * STEP * velocity[: len(position)])
         cells = moved.cells and type(moved.cells)(*(each.imag / STEP for each in moved.cells))
         rate = moved.f.imag / STEP
         return rate, moved._replace(cells=cells)

@@ -36,7 +36,7 @@ class MembraneWall(ForceFormula):
 
     Args:
         wall: Read for nodes, drawn gradients, moduli and laws.
-        velocity: Of all nodes [m/s], shape (node, 3); those of hidden ones give the plastic
+        velocity: Of all nodes [m/s], followed by internal variables, which give the plastic
             strain of the triangles, which ``matrix`` uses. None where nothing yields.
     """
 
@@ -47,9 +47,9 @@ class MembraneWall(ForceFormula):
         self._along = of.along
         self._fibres = of.stiffness, of.stiffening, of.dispersion
         self._laws = SolidLaws(wall.laws, wall.law, self._shear)
-        has_branches = wall.branches is not None and len(wall.hidden)
+        has_branches = wall.branches is not None and len(wall.internal_rows)
         self.branches = RelaxingWall(wall) if has_branches else None
-        yields = wall.yielding is not None and len(wall.hidden)
+        yields = wall.yielding is not None and len(wall.internal_rows)
         self.plastic = PlasticWall(wall) if yields else None
         #: Their internal variables, in the order of unknowns.
         self.kept = [one for one in (self.branches, self.plastic) if one is not None]

@@ -51,7 +51,7 @@ class KeptTensors:
         self._size = np.cbrt(elements.volume[self._element])
 
     def read(self, velocity: Floats) -> Floats:
-        """Return the unknowns from the velocities of hidden nodes."""
+        """Return the unknowns from internal variables."""
         own = np.eye(3) + _full(velocity.ravel()[self._place] / self._rate)
         return _inverse(own)[:, :, *_UPPER].ravel()
 

@@ -81,7 +81,7 @@ class KeptPlanes:
         self._size = np.sqrt(wall.area[self._triangle])
 
     def read(self, velocity: Floats) -> Floats:
-        """Return the unknowns from the velocities of hidden nodes."""
+        """Return the unknowns from internal variables."""
         own = np.eye(2) + _full(velocity.ravel()[self._place] / self._rate)
         return _inverse(own)[:, *_UPPER].ravel()
 

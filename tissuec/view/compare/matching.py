@@ -68,7 +68,7 @@ def match_nodes(a: Side, b: Side) -> MatchedIndices:
         ids_a, ids_b = a.network.node_ids[here], b.network.node_ids[there]
         _, rows_a, rows_b = np.intersect1d(ids_a, ids_b, return_indices=True)
         found.append((here[rows_a], there[rows_b]))
-    shown = a.network.shown_nodes, b.network.shown_nodes
+    shown = a.network.node_count, b.network.node_count
     return MatchedIndices.of(*_joined(found), *shown)
 
 
