@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix, diags_array
+from scipy.sparse import bsr_matrix, csc_matrix, diags_array
 
 from tissuec.core.arrays import irregular, rigid_motions
 from tissuec.core.signals import give_way
@@ -45,8 +45,8 @@ class Level(NamedTuple):
     matrix: bsr_matrix
     inverse: Floats
     top: float
-    spread: csr_matrix
-    gather: csr_matrix
+    spread: bsr_matrix
+    gather: bsr_matrix
 
     def scaled(self, vector: Floats) -> Floats:
         """Return a vector in any unit times inverses of diagonal blocks, shape (unknown,)."""
@@ -136,8 +136,9 @@ def _coarsened(
     np.linalg.cholesky(blocks)  # raises if one is not positive definite
     inverse: Floats = np.linalg.inv(blocks).astype(float)
     top = _largest(fine, inverse)
-    scaled = _scaled_rows(fine, inverse)
-    smoothed = bsr_matrix(tentative - (4.0 / (3.0 * top)) * bsr_matrix(scaled @ tentative))
+    moved = _scaled_rows(bsr_matrix(fine @ tentative), inverse)
+    smoothed = bsr_matrix(tentative - (4.0 / (3.0 * top)) * moved)
+    del moved
     gather = bsr_matrix(smoothed.T)
     below = bsr_matrix(gather @ bsr_matrix(fine @ smoothed))
     # Motions that an aggregate does not have are held.
@@ -146,7 +147,7 @@ def _coarsened(
     if none.any():
         held = diags_array(none.ravel().astype(float))
         below = bsr_matrix((below + held).tobsr((6, 6)))
-    level = Level(fine, inverse, top, csr_matrix(smoothed), csr_matrix(gather))
+    level = Level(fine, inverse, top, smoothed, gather)
     return level, below, middle, coarse
 
 

@@ -111,7 +111,8 @@ def descend(
         looks: Whether to end in an unstable equilibrium of elements, at places [m].
     """
     hopes, further, progress = balance.has_elements, FURTHER, _Progress(worse)
-    tangent = settled = None
+    settled: Floats | None = None
+    tangent: Tangent | None = None
     for _ in range(rounds):
         give_way()
         bars = balance.bars(x)
@@ -134,16 +135,20 @@ def descend(
         bars = balance.bars(x)
         matrices = (True, False) if near or hopes else (False,)
         neutral = neutral or NeutralMotions.of(balance, x)
+        tangent = None  # a single large matrix at a time
         made = tangent_at(balance, bars, neutral, force, precision, matrices=matrices)
         if made is None:
             break
-        tangent, step = made
-        progress.is_indefinite = not tangent.is_exact
-        if looks is not None and hopes and not tangent.is_exact:
+        (tangent, step), made = made, None
+        is_exact = tangent.is_exact
+        if not tangent.inverse.repeats:
+            tangent = None
+        progress.is_indefinite = not is_exact
+        if looks is not None and hopes and not is_exact:
             there, asked, looks = _unstable(balance, x), looks, None
             if there is not None and asked(there):
                 return Reached(there, is_balanced=True)
-        hopes = hopes and (near or tangent.is_exact)
+        hopes = hopes and (near or is_exact)
         found = downhill(balance, x, bars, force, step, expands=progress.expands)
         if found is None:
             break
@@ -309,8 +314,12 @@ def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
 def _by_chord(
     balance: Balance, x: Floats, force: Floats, tangent: Tangent | None
 ) -> Floats | None:
-    """Return the places after a step with the last K; None if too much force is left there."""
-    step = tangent.step(force) if tangent is not None and tangent.inverse.repeats else None
+    """Return the places after a step with the last K; None if too much force is left there.
+
+    Args:
+        tangent: Of the last K; None if another step would cost as much as the first.
+    """
+    step = tangent.step(force) if tangent is not None else None
     if step is None:
         return None
     there = x + step

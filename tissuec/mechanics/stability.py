@@ -54,7 +54,7 @@ def firm_inverse(balance: Balance, x: Floats, bars: Bars) -> Factorization | Ite
     neutral = NeutralMotions.of(balance, x, np.ones(len(x)))
     matrix, top = _resistance(balance, bars)
     try:
-        found = balance.inverses.of(matrix.plus(neutral.supports(top) - LOOSE * top))
+        found = balance.inverses.of(matrix.shift(neutral.supports(top) - LOOSE * top))
     except RuntimeError:  # singular
         return None
     return found if found.is_definite else None

@@ -150,6 +150,15 @@ class Stiffness(Struct, frozen=True, eq=False):
         total = csc_matrix(self.sparse + diags_array(added, format="csc"))
         return replace(self, sparse=total)
 
+    def shift(self, added: Floats) -> "Stiffness":
+        """Add to the diagonal of this matrix itself, which may be large, and return it.
+
+        Args:
+            added: [N/m], shape (n,).
+        """
+        self.sparse.setdiag(self.sparse.diagonal() + added)
+        return self
+
 
 class Factorization:
     """K⁻¹, by a factor of S in which no rows are exchanged.
