@@ -131,6 +131,13 @@ def test_scipy_finds_the_same_motion(method):
         assert quantity(found, name).error < 1e-4
 
 
+def test_scipy_finds_the_same_motion_where_glued_elements_relax():
+    text = small().replace("1e-6", "1e-4")
+    relaxing = "relaxing share = 30 %; relaxation time = 5 ms\n  retardation time"
+    found = validated(text.replace("retardation time", relaxing))
+    assert quantity(found, "position").error < 1e-4
+
+
 def test_scipy_finds_the_same_equilibrium():
     script = "fix left; at 2 ms: settle"
     text = small().replace("fix left", script)

@@ -53,9 +53,14 @@ class EmbeddedPoints:
         )
 
     def follow(self, vectors: Floats) -> None:
-        """Set vectors of embedded nodes, in any unit, shape (node, 3); changed in place."""
+        """Set vectors of embedded nodes by those of their hosts.
+
+        Args:
+            vectors: Of all nodes, which internal variables may follow, in any unit, shape
+                (node + row, 3); changed in place.
+        """
         if len(self.nodes):
-            vectors[self.nodes] = self._whole[self.nodes] @ vectors
+            vectors[self.nodes] = self._whole[self.nodes] @ vectors[: self._whole.shape[1]]
 
     def shared(self, forces: Floats) -> Floats:
         """Return forces, with those of embedded nodes on their hosts.
