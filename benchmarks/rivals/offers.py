@@ -54,7 +54,7 @@ def _obstacle(problem: BenchProblem) -> str:
     """Return why no other solver can follow the motion of a scene; empty if they can."""
     if problem.plan.breakable or problem.plan.triggers:
         return SURPRISES
-    return MEMORY if problem.network.memories else ""
+    return MEMORY if problem.network.internal else ""
 
 
 RIVALS = Rivals(solvers_of, judges_of)

@@ -49,8 +49,9 @@ def in_motion(name):
     (field,) = elements_of(network).values()
     chance = np.random.default_rng(1)
     x = network.position + 1.5e-3 * chance.normal(size=network.position.shape)
-    v = 0.02 * chance.normal(size=x.shape)
-    size = np.full(x.shape, 0.02)
+    x = np.pad(x, ((0, network.row_count - len(x)), (0, 0)))  # as loops have it
+    v = 0.02 * chance.normal(size=(network.row_count, 3))
+    size = np.full(v.shape, 0.02)
     for stored in field._stored:
         places = stored.places(field.points)
         rate = np.broadcast_to(0.05 * stored.rate[..., None, None], places.shape)

@@ -139,10 +139,11 @@ def test_what_is_cut_takes_its_branches_along(haste):
                  method="tolerance = 1e-6")  # fmt: skip
     text = hastened(text, haste)
     outcome, recording = carried_out(compiled_scene(text))
-    (made,) = outcome.state.fields
-    assert made.item_count == 2
+    whole, parts = (each.intact(outcome.state.alive) for each in outcome.state.elements)
+    assert (whole.item_count, parts.item_count) == (2, 2)
     _, elastic, _, _, _, switched = recording.energy_arrays()[1].T
-    assert abs(switched[-1]) > 0.1 * elastic[5]
+    # Whole cells bend otherwise than parts do: that is all that a cut changes of the energy.
+    assert 0.0 < abs(switched[-1]) < 0.01 * elastic[5]
     assert np.abs(open_balance(recording)).max() < 1e-7
     assert validated(text.replace("tolerance = 1e-6", "tolerance = 1e-4")).verdict == "kept"
 

@@ -143,9 +143,10 @@ def test_what_is_cut_or_broken_takes_its_flow_along():
     text = scene(CLAY, size="10, 10, 15", top="14.9 mm", script=script,
                  method="tolerance = 1e-6")  # fmt: skip
     outcome, recording = carried_out(compiled_scene(text))
-    (made,) = outcome.state.fields
-    assert made.item_count == 8
-    assert len(made.internal_rows) == 8 * 16
+    whole, parts = (each.intact(outcome.state.alive) for each in outcome.state.elements)
+    assert (whole.item_count, parts.item_count) == (8, 8)
+    rows = np.concatenate([whole.internal_rows, parts.internal_rows])
+    assert len(np.unique(rows)) == len(rows) == 16 * 16
     assert np.abs(balance(recording)).max() < 1e-6
 
 

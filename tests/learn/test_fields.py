@@ -50,9 +50,7 @@ def bag():
 def derived(scene, name, step, times):
     """Return a motion, its numbers, and the derivatives of a sum with weights by these."""
     motion, vector = motion_of(scene, name, step, times, times[-1])
-    shape = len(times), scene.network.position.size
-    weights = np.random.default_rng(3).standard_normal(shape)
-    motion.forward(vector)
+    weights = np.random.default_rng(3).standard_normal(motion.forward(vector).x.shape)
     return motion, vector, weights, motion.backward(weights, np.zeros_like(weights))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.results.cut_block import cut_block
 from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import wishes
 from tissuec.pipeline import compile_request
@@ -126,9 +127,9 @@ def files(tmp_path_factory):
     with ResultWriter(folder / "kept.vtkhdf", scene.network, recording, {}, ELEMENTS) as kept:
         kept.topology(np.ones(scene.network.entity_count, dtype=bool))
         kept.checkpoint({"time": 0.0})
-    return [
-        folder / name for name in ("springs.vtkhdf", "elements.vtkhdf", "kept.partial.vtkhdf")
-    ]
+    cut_block().saved(folder / "cut.vtkhdf", cut_block().recording(fields=()))
+    names = ("springs.vtkhdf", "elements.vtkhdf", "kept.partial.vtkhdf", "cut.vtkhdf")
+    return [folder / name for name in names]
 
 
 def test_every_dataset_of_a_file_is_as_declared_and_every_declared_one_exists(files):

@@ -103,7 +103,7 @@ def test_sets_can_choose_them_and_frames_leave_them_out():
     text = scene().replace("environment", f"{sets}\nenvironment")
     compiled = compiled_scene(text)
     net = compiled.network
-    found = [compiled.groups.sets.find(name).group.indices for name in ("hinges", "rest")]
+    found = [compiled.groups.sets.find(name).indices for name in ("hinges", "rest")]
     assert np.array_equal(found[0], np.flatnonzero(net.bends))
     assert np.array_equal(found[1], np.flatnonzero(~net.bends))
     assert np.array_equal(wishes(net, compiled.plan).lines, np.flatnonzero(~net.bends))

@@ -21,6 +21,7 @@ from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.checkpoint import scene_digest
 from tissuec.results.fields import FIELDS, Place, always_recorded
+from tissuec.results.frame_columns import MOTION
 from tissuec.results.layout import reserved
 from tissuec.results.mesh import DrawnMesh, everything
 from tissuec.results.recording import Event
@@ -444,19 +445,18 @@ def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
         snapshot: At one time.
     """
     network, alive = snapshot.state.network, snapshot.state.alive
-    mesh = everything(network)
+    mesh = everything(network).with_cut_cells(snapshot.state.cut_cells)
     nodes = mesh.nodes
     points: dict[str, NDArray[Any]] = {
-        "position": snapshot.position[nodes],
-        "velocity": snapshot.velocity[nodes],
+        one.stored: mesh.at_points(getattr(snapshot, one.name)[nodes], one) for one in MOTION
     }
     own: dict[str, tuple[Place, NDArray[Any]]] = {}
     for channel in always_recorded():
         numbers = FIELDS[channel.name].sample(snapshot)
         if channel.at == "node":
-            points[channel.stored] = numbers[nodes]
+            points[channel.stored] = mesh.at_points(numbers[nodes], channel)
         elif channel.at == "spring":
             own[channel.stored] = "spring", numbers[mesh.springs]
-    points["node_id"] = network.node_ids[nodes]
     drawing = DrawnMesh(mesh, mesh.cells(alive), alive)
+    points["node_id"] = drawing.node_ids
     return net_shape(title, float(snapshot.time), drawing, points, own)

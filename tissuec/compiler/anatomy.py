@@ -29,7 +29,8 @@ def anatomy_of(compiled: Compiled) -> Anatomy:
     for part in network.bodies:
         drawing = compiled.groups.bodies[key_of(part.name)].drawing
         own = [names.index(one) for _, one in part.regions]
-        tissue[part.nodes] = np.array(own)[drawing.part]
+        # Copies in reserve for cuts are of the same tissues, one set after another.
+        tissue[part.nodes] = np.resize(np.array(own)[drawing.part], len(tissue[part.nodes]))
         found = _matter(compiled, part, drawing)
         if isinstance(found, BodyMatter):
             matter[part.name] = found

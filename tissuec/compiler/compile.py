@@ -49,6 +49,7 @@ from tissuec.model.network import (
     Provenance,
     numbers_in,
 )
+from tissuec.model.phantoms import Phantoms
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.recording import NamedGroup, members
@@ -153,7 +154,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     bodies = bodies or build_bodies(scene, findings)
     # Contact comes first: its nodes must directly follow those of the bodies.
     tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
-    groups = Groups(scene.declarations, _place(bodies.drawings), scene.constants)
+    groups = Groups(scene.declarations, _place(bodies), scene.constants)
     joints = _joints(scene, groups, findings)
     is_joined = joints and bodies.are_whole
     joined = join(bodies.built, joints) if is_joined else bodies.network
@@ -219,18 +220,22 @@ def build_bodies(scene: Scene, findings: Findings) -> Bodies:
                 drawing = draw(scene.bodies[key], scene.constants)
                 drawings.append(drawing)
                 if drawing.body.is_whole:
-                    built.append(_built(drawing, scene.environment, findings))
+                    built.append(_built(drawing, scene, findings))
         if drawing is None:
             findings.doubt(declared.name)
     return Bodies(drawings, built)
 
 
-def _built(drawing: Drawing, environment: Environment, findings: Findings) -> BodyArrays:
+def _built(drawing: Drawing, scene: Scene, findings: Findings) -> BodyArrays:
     if drawing.body.elements is None:
         return build_body(drawing, findings)
-    from tissuec.compiler.elements.build import build_elements  # most nets have none
+    from tissuec.compiler.bodies.phantoms import cut_counts, with_phantoms
+    from tissuec.compiler.elements.build import build_elements  # most nets have no elements
 
-    return build_elements(drawing, findings, [said.plane for said in environment.planes])
+    planes = [said.plane for said in scene.environment.planes]
+    cuts = 0 if drawing.body.is_wall else cut_counts(scene)[key_of(drawing.body.name)]
+    built = build_elements(drawing, findings, planes, is_cut=cuts > 0)
+    return with_phantoms(built, cuts) if cuts else built
 
 
 def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> Network:
@@ -240,7 +245,9 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
     springs = np.cumsum([0, *(len(part.springs.ids) for part in parts)]).tolist()
     ends = [b.mesh.ends if b.elements else b.mesh.ends[:0] for b in bodies]
     edges = np.cumsum([springs[-1], *map(len, ends)]).tolist()
-    counts = [sum(one.item_count for one in body.elements) for body in bodies]
+    counts = [
+        sum(one.item_count for one in body.elements) + body.reserve.elements for body in bodies
+    ]
     elements = np.cumsum([edges[-1], *counts]).tolist()
     # Joints know the nodes of the net.
     firsts = [*nodes[: len(bodies)], *(0 for _ in joints)]
@@ -259,6 +266,9 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
     position = every(lambda b: b.mesh.position, np.float64, (3,))
     blocks = _element_blocks(bodies, position, nodes, edges, elements)
     every_end = map(_shifted, ends, nodes)
+    body_parts = tuple(
+        map(_body_part, bodies, *map(pairwise, (nodes, springs, edges, elements)))
+    )
     return Network(
         position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
@@ -267,9 +277,8 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         springs=replace(joined, inelastic=inelastic),
         skin=skin,
         node_ids=every(lambda b: b.node_ids, np.int64),
-        bodies=tuple(
-            map(_body_part, bodies, *map(pairwise, (nodes, springs, edges, elements)))
-        ),
+        bodies=body_parts,
+        phantoms=_phantoms(body_parts),
         provenance={
             name: _join_provenance([p.provenance[name] for p in parts if name in p.provenance])
             for name in ("mass", *NUMBERS)
@@ -277,7 +286,7 @@ def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> 
         | _breaking(bodies),
         joints=tuple(map(_joint_part, joints, pairwise(springs[len(bodies) :]))),
         blocks=tuple(blocks),
-        skin_elements=_skin_elements(skin, blocks),
+        skin_elements=_skin_elements(skin, blocks, body_parts),
         friction=SurfaceFriction.joined([body.friction for body in bodies]),
         cutting=_cutting(bodies, parts, blocks, elements[0]),
         edges=behind_one_another([*every_end], np.int32, (2,)),
@@ -324,12 +333,22 @@ def _element_blocks(
     return blocks
 
 
-def _skin_elements(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
+def _phantoms(bodies: Sequence[BodyPart]) -> tuple[Phantoms, ...]:
+    if not any(body.reserve.nodes for body in bodies):
+        return ()
+    from tissuec.compiler.bodies.phantoms import phantoms_of_bodies
+
+    return phantoms_of_bodies(bodies)
+
+
+def _skin_elements(
+    skin: NDArray[np.int32], blocks: Sequence[FieldBlock], bodies: Sequence[BodyPart]
+) -> Indices | None:
     if not blocks:
         return None
     from tissuec.compiler.elements.limits import skin_elements
 
-    return skin_elements(skin, blocks)
+    return skin_elements(skin, blocks, {body.name for body in bodies if body.reserve.nodes})
 
 
 def _cutting(
@@ -343,7 +362,11 @@ def _cutting(
     Args:
         first: The first of all elements as an entity.
     """
-    every = [b.element_resistance for b in bodies if b.element_resistance is not None]
+    every = [
+        np.append(b.element_resistance, np.zeros(b.reserve.elements))
+        for b in bodies
+        if b.element_resistance is not None
+    ]
     each = behind_one_another(every, float)
     fields = {block.name: block.field for block in blocks if block.kind in OF_ELEMENTS}
     elements = {name: each[field.walls - first] for name, field in fields.items()}
@@ -375,6 +398,7 @@ def _body_part(
         is_solid=body.mesh.volume is not None,
         regions=_regions(body.body),
         element_region=body.element_region,
+        reserve=body.reserve,
     )
 
 
@@ -443,13 +467,15 @@ def _join_provenance(parts: Sequence[Provenance]) -> Provenance:
     return Provenance(joined, origins)
 
 
-def _place(drawings: Sequence[Drawing]) -> Mapping[str, PlacedBody]:
+def _place(bodies: Bodies) -> Mapping[str, PlacedBody]:
     placed: dict[str, PlacedBody] = {}
+    sizes = {body.body.name: len(body.mesh.position) for body in bodies.built}
     node = spring = edge = 0
-    for drawing in drawings:
+    for drawing in bodies.drawings:
         first = edge if drawing.is_elements else spring
-        placed[key_of(drawing.body.name)] = PlacedBody(drawing, node, first)
-        node += len(drawing.mesh.position)
+        size = sizes.get(drawing.body.name, len(drawing.mesh.position))
+        placed[key_of(drawing.body.name)] = PlacedBody(drawing, node, first, size)
+        node += size
         if drawing.is_elements:
             edge += len(drawing.mesh.ends)
         else:
@@ -530,6 +556,11 @@ def _blocks(
             )
             found.append(embedding)
             network = network.with_blocks(embedding)
+    if network.phantoms:
+        from tissuec.compiler.bodies.phantoms import parked  # where solids are cut
+
+        found = [parked(network)]
+        network = network.with_blocks(*found)
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
         settles = any(e.time == 0.0 and isinstance(e.action, Settle) for e in plan.events)

@@ -42,11 +42,15 @@ class PlacedBody(Struct, frozen=True, eq=False, dict=True):
 
     It has its arrays once, however many sentences name it. Edges of elements are counted behind
     all springs, those of joints, too.
+
+    Attributes:
+        size: How many nodes it has in the network, copies of all in reserve for cuts included.
     """
 
     drawing: Drawing
     first_node: int
     first_line: int
+    size: int
 
     @cached_property
     def nodes(self) -> Indices:
@@ -84,13 +88,6 @@ class PlacedJoint(Struct, frozen=True, eq=False):
         return np.arange(len(self.ends)) + self.first_line
 
 
-class NamedSet(Struct, frozen=True, eq=False):
-    """A set of nodes or of springs."""
-
-    group: Group
-    of_springs: bool
-
-
 class Groups:
     """All sets, bodies and joints by name; each set is chosen once, on first use."""
 
@@ -120,8 +117,11 @@ class Groups:
     @cached_property
     def position(self) -> Floats:
         """Return the places of the nodes of all bodies [m], shape (node, 3)."""
-        drawn = (placed.drawing.mesh.position for placed in self.bodies.values())
-        return np.concatenate([np.zeros((0, 3)), *drawn])
+        found = [np.zeros((0, 3))]
+        for placed in self.bodies.values():
+            drawn = placed.drawing.mesh.position
+            found += [drawn] * (placed.size // max(len(drawn), 1))
+        return np.concatenate(found)
 
     def has_elements(self, nodes: Indices) -> bool:
         """Return whether any of some nodes belongs to a body that consists of elements.
@@ -176,8 +176,7 @@ class Groups:
             if declared.name.listed:
                 continue  # a union without a name of its own
             if (chosen := self.sets.values.get(key)) is not None:
-                what = KINDS[chosen.of_springs]
-                yield NamedGroup(chosen.group.name, what, chosen.group.indices)
+                yield NamedGroup(chosen.name, KINDS[chosen.are_lines], chosen.indices)
         for placed in self.bodies.values():
             body, masks = placed.drawing.body, placed.drawing.regions
             for region in body.regions:
@@ -197,14 +196,14 @@ class Groups:
             return Group(self._body(name), self.bodies[name.key].nodes)
         if name.key in self.named_joints:
             self._refuse_joint(name, "name one of the sets or bodies that it joins")
-        if self._says_springs(name) or self._find(name).of_springs:
+        if self._says_springs(name) or self._find(name).are_lines:
             self.findings.reject(
                 "TIS314",
                 f'"{name.text}" is a set of springs, but nodes are needed here',
                 name.span,
                 hint=f"write set {name.text} = nodes of …, or define another set of nodes",
             )
-        return self._find(name).group
+        return self._find(name)
 
     def both(self, names: tuple[s.Name, s.Name]) -> tuple[Group, Group]:
         """Return the nodes of the sets or bodies on both sides; mistakes in both are found."""
@@ -224,16 +223,20 @@ class Groups:
         """Return the springs of a set of springs, a body or joint, or inside a set of nodes."""
         self._enter_union(name)
         if name.key in self.bodies:
-            return Group(self._body(name), self.bodies[name.key].lines(self.spring_count))
+            return Group(
+                self._body(name), self.bodies[name.key].lines(self.spring_count), are_lines=True
+            )
         if name.key in self.joints:
             joint = self.joints[name.key]
-            return Group(joint.drawing.body.name, joint.lines(self.spring_count))
+            return Group(
+                joint.drawing.body.name, joint.lines(self.spring_count), are_lines=True
+            )
         chosen = self._find(name, with_joints=True)
-        if chosen.of_springs:
-            return chosen.group
+        if chosen.are_lines:
+            return chosen
         if name.key not in self.inside:
-            self.inside[name.key] = self.springs_inside(chosen.group.indices)
-        return Group(chosen.group.name, self.inside[name.key])
+            self.inside[name.key] = self.springs_inside(chosen.indices)
+        return Group(chosen.name, self.inside[name.key], are_lines=True)
 
     def _enter_union(self, name: s.Name) -> None:
         """Make ``[A, B]`` a set like those that have names."""
@@ -251,7 +254,7 @@ class Groups:
         self._enter_union(name)
         if name.key in self.joints:
             return True
-        return name.key in self.declared and self._find(name).of_springs
+        return name.key in self.declared and self._find(name).are_lines
 
     def springs_inside(self, nodes: Indices) -> Indices:
         """Return the springs, shape (m,), with both ends among the nodes, shape (n,)."""
@@ -261,7 +264,7 @@ class Groups:
         ]
         return np.sort(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
 
-    def _find(self, name: s.Name, *, with_joints: bool = False) -> NamedSet:
+    def _find(self, name: s.Name, *, with_joints: bool = False) -> Group:
         if name.key not in self.declared:
             self.findings.pass_over_doubtful(name.key)
             if name.key in KINDS:
@@ -334,7 +337,7 @@ class Groups:
                 self._said[key] = read_set(item, self.scope)
         return self._said[key]
 
-    def _choose(self, key: str) -> NamedSet:
+    def _choose(self, key: str) -> Group:
         said = self._read(key)
         if said is None:
             self.findings.stop()
@@ -363,7 +366,7 @@ class Groups:
         if said.where is not None:
             of = f"the set {said.name.text}"
             warn_of_idle_alternatives(said.where, points, missing=missing, of=of)
-        return NamedSet(Group(said.name.text, distinct(np.concatenate(found))), of_springs)
+        return Group(said.name.text, distinct(np.concatenate(found)), are_lines=of_springs)
 
     def _chosen_of(
         self,
@@ -412,7 +415,7 @@ class Groups:
         message = f'"{name.text}" is a joint, which has springs only; nodes are needed here'
         self.findings.reject("TIS314", message, name.span, hint=hint)
 
-    def _union(self, said: UnionWords) -> NamedSet:
+    def _union(self, said: UnionWords) -> Group:
         parts: list[Group] = []
         kinds: set[bool] = set()
         for part in said.union.listed:
@@ -421,10 +424,8 @@ class Groups:
         if len(kinds) != 1:
             message = "a union cannot mix nodes and springs"
             self.findings.reject("TIS314", message, said.union.span)
-        return NamedSet(
-            Group(said.name.text, distinct(np.concatenate([part.indices for part in parts]))),
-            kinds.pop(),
-        )
+        every = distinct(np.concatenate([part.indices for part in parts]))
+        return Group(said.name.text, every, are_lines=kinds.pop())
 
 
 def _numbered(pairs: NDArray[np.int32], count: int) -> Indices:

@@ -91,7 +91,7 @@ class Layout(Struct, frozen=True, eq=False):
         return found
 
     def of_nodes(self, flat: Floats) -> Floats:
-        """Return those of nodes alone, shape (…, node, 3); see ``outwards``."""
+        """Return those of nodes alone, shape (…, node, 3), in their unit; see ``outwards``."""
         return self.outwards(flat)[..., : self.nodes, :]
 
     def only(self, kept: Indices, among: Indices) -> "Layout":

@@ -115,7 +115,7 @@ class Field(Effect, frozen=True):
 
     @property
     def internal_rows(self) -> Indices:
-        """Return the rows of internal variables whose rates the kernel adds as forces, (n,).
+        """Return rows of internal variables whose rates the kernel adds as forces, shape (n,).
 
         They are ascending.
         """
@@ -123,7 +123,7 @@ class Field(Effect, frozen=True):
 
     @property
     def remembered(self) -> Indices:
-        """Return the rows of internal variables that the kernel reads, ascending, (n,)."""
+        """Return rows of internal variables that the kernel reads, ascending, shape (n,)."""
         return self.internal_rows
 
     def read_rows(self, velocity: Floats, nodes: int) -> Floats:

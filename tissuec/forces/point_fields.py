@@ -338,7 +338,7 @@ class PointField(ElementField, frozen=True, dict=True):
         kind, points = own._stiffened  # laws are numbered among these
         pattern = BlockPattern.of(numbers[(numbers >= 0).any(axis=1)], size)
         kernel = kernel_of(matrix_loop, own.traced, kind, own.nodes.shape[1], points)
-        table = own._table(kind, own.nodes, own._slots)
+        table = own._table(kind, own.nodes, own.slots)
         return pattern, kernel, table._replace(targets=pattern.places.ravel())
 
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
@@ -578,7 +578,7 @@ class PointField(ElementField, frozen=True, dict=True):
             -1, points, every, width + every
         )
         by_strain = flat[..., every * (width + every) :].reshape(-1, points, width, every)
-        has = self._slots >= 0
+        has = self.slots >= 0
         rate = np.where(has, np.concatenate([each.rate for each in stored]), 0.0)
         # Variables have the unit of velocities; those that do not exist take no part.
         to_own = np.repeat(rate.T, own, axis=1)[:, None]
@@ -644,7 +644,7 @@ class PointField(ElementField, frozen=True, dict=True):
             return self._measuring_energy(names, place)
         kernel = limit_kernel(self.traced, kind, names, self.nodes.shape[1], self.points)
         room = room_for(len(names), count)
-        call = kernel_on(kernel, self._table(kind, place[self.nodes], self._slots[:0]), 3)
+        call = kernel_on(kernel, self._table(kind, place[self.nodes], self.slots[:0]), 3)
 
         def measure(x: Floats) -> Floats:
             call(0.0, x, still, room.reshape(-1))
@@ -792,7 +792,7 @@ class PointField(ElementField, frozen=True, dict=True):
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> PointTable:
         """Return the record of the kernel, which is valid at any position."""
-        (kind, _), slots = self._forced, self._slots
+        (kind, _), slots = self._forced, self.slots
         moved = np.where(slots >= 0, 3 * place[np.maximum(slots, 0) // 3], -1)
         return self._table(kind, place[self.nodes], moved)
 
@@ -809,8 +809,26 @@ class PointField(ElementField, frozen=True, dict=True):
         columns = self._columns(kind)
         return np.concatenate([columns[name].T for name in self.traced(kind).widths])
 
+    def with_slots(self, slots: Indices) -> Self:
+        """Return the elements with other places of their tensors.
+
+        Args:
+            slots: As ``slots`` has them, shape (tensor, element).
+        """
+        found, first = dict[str, Any](), 0
+        for name in ("yielding", "branches"):
+            if (own := getattr(self, name)) is not None:
+                found[name] = replace(own, slot=slots[first : first + len(own.slot)])
+                first += len(own.slot)
+        return replace(self, **found)
+
     @property
-    def _slots(self) -> Indices:
+    def tensor_size(self) -> int:
+        """Return how many numbers a tensor has at all points of an element."""
+        return self.points * sum(len(each.at[0]) for each in self._stored[:1])
+
+    @property
+    def slots(self) -> Indices:
         """Return where tensors are kept, shape (tensor, element); see ``StoredTensors``."""
         none = np.zeros((0, self.item_count), dtype=np.int64)
         return np.concatenate([none, *(each.slot for each in self._stored)])
@@ -850,7 +868,7 @@ class PointField(ElementField, frozen=True, dict=True):
             found["yield_pace"] = np.where(flows, 1.0 / self.yielding.viscosity, 0.0)
         if kind.tensors:
             rate = np.concatenate([each.rate for each in self._stored])
-            inverse = np.where(self._slots >= 0, 1.0 / rate, 0.0)
+            inverse = np.where(self.slots >= 0, 1.0 / rate, 0.0)
             found |= {"rate": rate.T, "inverse_rate": inverse.T}
         shapes = {name: max(1, each[:1].size) for name, each in found.items()}
         return {name: np.reshape(each, (-1, shapes[name])) for name, each in found.items()}
@@ -910,7 +928,7 @@ class PointField(ElementField, frozen=True, dict=True):
     ) -> Floats:  # fmt: skip
         """Return the numbers that the kernel of a kind records, shape (element, *shape)."""
         room = room_for(shape, self.item_count)
-        table = self._table(kind, self.nodes, self._slots)
+        table = self._table(kind, self.nodes, self.slots)
         self._run(kernel, position, room, table, velocity)
         return recorded(room, self.item_count)
 

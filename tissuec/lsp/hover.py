@@ -290,4 +290,4 @@ def _drawn(view: View, symbol: Symbol, compiled: "Compiled | None") -> Iterator[
         if s.key_of(part.name) == symbol.key:
             yield str(part.size)
     if symbol.kind == "set" and (chosen := groups.sets.values.get(symbol.key)) is not None:
-        yield counted(len(chosen.group.indices), "spring" if chosen.of_springs else "node")
+        yield counted(len(chosen.indices), "spring" if chosen.are_lines else "node")

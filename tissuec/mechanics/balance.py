@@ -23,7 +23,6 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, lengths, rest_lengths
 from tissuec.mechanics.state import State
 from tissuec.model import topology
-from tissuec.model.edges import joined_pairs
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ class Balance:
     def __init__(self, state: State, chosen: NDArray[np.bool_]):
         is_free = chosen & state.free
         self.free: Indices = np.flatnonzero(is_free)
-        self._embedding, ends = state.embedding, state.springs.ends
+        self._embedding, ends = state.coupling, state.springs.ends
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         # Of free nodes and, behind them, of embedded ones that move with these.
         moving, self._reduction = number, None
@@ -87,7 +86,7 @@ class Balance:
             behaviour=state.springs.some(self._acting).behaviour,
             rest=rest_lengths(state, state.velocity, self._acting),
         )
-        edges = joined_pairs(state.network, state.alive)
+        edges = state.joined_pairs
         #: Nodes of springs that act, and of edges of elements at free nodes, shape (link, 2).
         self.links = np.concatenate([ends[acts], edges[(moving[edges] >= 0).any(axis=1)]])
         self._edges = edges
@@ -428,7 +427,8 @@ class Balance:
         if self._reduction is None:
             return 1.0
         sizes = abs(self._reduction)
-        return float(sizes.sum(axis=0).max(initial=0.0) * sizes.sum(axis=1).max(initial=0.0))
+        columns, rows = (np.asarray(sizes.sum(axis=axis)) for axis in (0, 1))
+        return float(columns.max(initial=0.0) * rows.max(initial=0.0))
 
     def _reduced(self, matrix: "csc_matrix") -> "csc_matrix":
         """Return Tᵀ K T of a matrix K of moving nodes, in any unit."""

@@ -111,8 +111,7 @@ def descend(
         looks: Whether to end in an unstable equilibrium of elements, at places [m].
     """
     hopes, further, progress = balance.has_elements, FURTHER, _Progress(worse)
-    settled: Floats | None = None
-    tangent: Tangent | None = None
+    tangent = settled = None
     for _ in range(rounds):
         give_way()
         bars = balance.bars(x)
@@ -133,16 +132,12 @@ def descend(
             x = there
             continue
         bars = balance.bars(x)
-        matrices = (True, False) if near or hopes else (False,)
         neutral = neutral or NeutralMotions.of(balance, x)
         tangent = None  # a single large matrix at a time
-        made = tangent_at(balance, bars, neutral, force, precision, matrices=matrices)
+        made = _newton_step(balance, bars, neutral, force, precision, is_tried=near or hopes)
         if made is None:
             break
-        (tangent, step), made = made, None
-        is_exact = tangent.is_exact
-        if not tangent.inverse.repeats:
-            tangent = None
+        step, is_exact, tangent = made
         progress.is_indefinite = not is_exact
         if looks is not None and hopes and not is_exact:
             there, asked, looks = _unstable(balance, x), looks, None
@@ -309,6 +304,25 @@ def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
         return x
     found = start + made[1]
     return found if balance.energy(found, balance.bars(found))[0] < energy else x
+
+
+def _newton_step(
+    balance: Balance, bars: Bars, neutral: NeutralMotions, force: Floats, precision: float,
+    *, is_tried: bool,
+) -> tuple[Floats, bool, Tangent | None] | None:  # fmt: skip
+    """Return a step downhill [m], whether K is exact, and K⁻¹ if chords can follow.
+
+    Args:
+        neutral: Rigid motions that cost no energy.
+        precision: As of ``Tangent.step``.
+        is_tried: Whether the exact K is tried first.
+    """
+    matrices = (True, False) if is_tried else (False,)
+    made = tangent_at(balance, bars, neutral, force, precision, matrices=matrices)
+    if made is None:
+        return None
+    tangent, step = made
+    return step, tangent.is_exact, tangent if tangent.inverse.repeats else None
 
 
 def _by_chord(

@@ -17,7 +17,8 @@ from tissuec.forces.effects import Effect
 from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
 from tissuec.model.blocks import EMBEDDING, KINDS, OF_ELEMENTS, SYMMETRY, FieldBlock
-from tissuec.model.edges import edges_of, elements_at, without
+from tissuec.model.cut_cells import CutCells
+from tissuec.model.edges import edges_of, elements_at, joined_pairs, without
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
@@ -33,6 +34,7 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.enclosed.kept_volumes import KeptVolumes
     from tissuec.forces.enclosed.pressure import SurfacePressure
     from tissuec.forces.enclosed.volume import Enclosure
+    from tissuec.forces.solids.elements import SolidElements
 
 ALL = slice(None)
 
@@ -102,6 +104,10 @@ class State(Struct, eq=False):
             ``Network.internal``, shape (node + row, 3).
         alive: False for springs and elements that were cut or have broken, shape (entity,).
         mass: Masses [kg], shape (node,).
+        blades: Ways of blades that close through solids, by sentence and time.
+        cut_bodies: Solids that blades have divided, ``cutting.CutBody`` by their names.
+        shares: Of what the drawn node has, mass and drag, that each of its copies has, shape
+            (node,); None without phantoms, which have none before a cut.
         springs: All springs with their present numbers. Rest lengths of threads under way are
             those at ``time``.
         holders: Who holds which nodes ("fix" for fixed ones, otherwise a tool or set name);
@@ -116,6 +122,7 @@ class State(Struct, eq=False):
         still_until: When the scene ceases to be static [s]; minus infinity if it is not.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] of all nodes alike.
+        cut_cells: What is drawn of elements that were cut; None before the first cut.
     """
 
     network: Network
@@ -138,6 +145,10 @@ class State(Struct, eq=False):
     hold_ends: dict[str, float] = field(default_factory=dict[str, float])
     closing: tuple[ClosingForce, ...] = ()
     still_until: float = -np.inf
+    shares: Floats | None = None
+    cut_bodies: dict[str, Any] = field(default_factory=dict[str, Any])
+    blades: dict[str, Any] = field(default_factory=dict[str, Any])
+    cut_cells: CutCells | None = None
 
     @classmethod
     def start(cls, network: Network, *, gravity: Floats, drag: float) -> "State":
@@ -151,14 +162,18 @@ class State(Struct, eq=False):
         tools: dict[str, Indices] = {
             tool.name: numbers_in(tool.nodes) for tool in network.tools
         }
-        rows = network.row_count - network.node_count
+        rows, mass, shares = network.row_count - network.node_count, network.mass, None
+        if network.phantoms:
+            shares = (network.parents == np.arange(network.node_count)).astype(float)
+            mass = mass * shares
         return cls(
             network=network,
             time=0.0,
             position=network.position.copy(),
             velocity=np.pad(network.velocity, ((0, rows), (0, 0))),
             alive=network.present,
-            mass=network.mass,
+            mass=mass,
+            shares=shares,
             springs=network.springs,
             gravity=np.asarray(gravity, dtype=float),
             drag=drag,
@@ -230,8 +245,8 @@ class State(Struct, eq=False):
         if (planes := self.symmetry) is not None:  # the mirror image brakes the other part
             braking[planes.nodes] *= planes.share
         if own is not None:  # followed by nodes of tools
-            braking[: len(own)] += own
-        return braking
+            braking[: len(own)] += own[self.network.parents[: len(own)]]
+        return braking if self.shares is None else braking * self.shares
 
     @property
     def weighing(self) -> Floats:
@@ -350,6 +365,66 @@ class State(Struct, eq=False):
     def _slips(self, knot: Knot, springs: Indices) -> bool:
         """Return whether this knot gives way, rather than the thread that breaks there."""
         return knot.limit < knot.strength and knot.hold in springs
+
+    # --- cuts of elements -------------------------------------------------------------------
+
+    @property
+    def cut_elements(self) -> "tuple[SolidElements, ...]":
+        """Return the solid elements that cuts have made: parts, and whole ones with copies."""
+        drawn = {block.name for block in self.network.blocks}
+        return tuple(
+            block.field
+            for name, block in self.blocks.items()
+            if block.kind == "elements" and name not in drawn
+        )
+
+    def parts_of(self, field: Any) -> Any:
+        """Return the ``cut_cells.parts.CellParts`` of elements; None where they are whole.
+
+        Args:
+            field: Elements that are there.
+        """
+        if not field.is_cut:
+            return None
+        body = self.cut_bodies[field.name]
+        for parts, entities in zip(body.parts, body.entities, strict=True):
+            if parts.shape == field.shape.name:
+                return parts.some(np.isin(entities, field.walls))
+        return None
+
+    @property
+    def is_cut(self) -> bool:
+        """Return whether nodes have copies by cuts."""
+        return self.shares is not None and bool(self.cut_elements)
+
+    def with_copies(self, nodes: Indices) -> Indices:
+        """Return nodes with their copies at the same side of a cut, ascending, shape (m,).
+
+        A copy belongs to a set if its parent does, and a node of the set is in one part with
+        it.
+
+        Args:
+            nodes: Of the bodies as drawn, ascending, shape (n,).
+        """
+        if not self.is_cut:
+            return nodes
+        parents = self.network.parents
+        chosen = np.zeros(len(parents), dtype=bool)
+        chosen[nodes] = True
+        found = chosen.copy()
+        for each in self.cut_elements:
+            own = each.nodes[self.alive[each.walls]]
+            are_copies = (parents[own] != own).all(axis=1)
+            beside = own[chosen[own].any(axis=1) | are_copies]
+            found[beside[chosen[parents[beside]]]] = True
+        return np.flatnonzero(found)
+
+    @property
+    def joined_pairs(self) -> Indices:
+        """Return the nodes of edges of elements that are there, shape (edge, 2)."""
+        whole = joined_pairs(self.network, self.alive)
+        own = [each.intact(self.alive).edges.reshape(-1, 2) for each in self.cut_elements]
+        return np.concatenate([whole, *own]) if own else whole
 
     @property
     def is_slipping(self) -> bool:
@@ -519,6 +594,15 @@ class State(Struct, eq=False):
     def embedding(self) -> "EmbeddedNodes | None":
         """The nodes that are embedded in others; None without any."""
         return next(iter(self.of_kind(EMBEDDING)), None)
+
+    @property
+    def coupling(self) -> "EmbeddedNodes | None":
+        """The embedded nodes that anything acts on: no phantoms that no cut has used yet."""
+        embedding = self.embedding
+        if embedding is None or self.shares is None:
+            return embedding
+        left = embedding.without(np.flatnonzero(self.shares == 0.0))
+        return left if len(left.nodes) else None
 
     @property
     def outer(self) -> tuple[Nodal, ...]:

@@ -20,6 +20,7 @@ from tissuec.core.arrays import largest_side
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.model.blocks import EMBEDDING, OF_ELEMENTS, FieldBlock, NetSize
+from tissuec.model.phantoms import NO_RESERVE, Phantoms, Reserve
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs
 from tissuec.model.topology import PairIndex
@@ -115,6 +116,7 @@ class BodyPart(Struct, frozen=True, eq=False):
         regions: Its regions with their tissues; "" comes first, for what is in none.
         element_region: Which of them each element belongs to, shape (element,); None without
             elements.
+        reserve: How many of its nodes and elements, the last ones, are in reserve for cuts.
     """
 
     name: str
@@ -132,11 +134,12 @@ class BodyPart(Struct, frozen=True, eq=False):
     is_solid: bool = False
     regions: tuple[tuple[str, str], ...] = ()
     element_region: Indices | None = None
+    reserve: Reserve = NO_RESERVE
 
     @property
     def element_count(self) -> int:
-        """Return how many finite elements it has."""
-        return int(self.elements.stop - self.elements.start)
+        """Return how many finite elements it has as drawn."""
+        return int(self.elements.stop - self.elements.start) - self.reserve.elements
 
     @property
     def is_made_of_elements(self) -> bool:
@@ -152,7 +155,8 @@ class BodyPart(Struct, frozen=True, eq=False):
     def size(self) -> NetSize:
         """Return how many nodes, and springs or elements, it has."""
         springs = self.springs.stop - self.springs.start
-        return NetSize(self.nodes.stop - self.nodes.start, springs, self.element_count)
+        nodes = self.nodes.stop - self.nodes.start - self.reserve.nodes
+        return NetSize(nodes, springs, self.element_count)
 
 
 class JointPart(Struct, frozen=True):
@@ -239,6 +243,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         mass: Masses [kg], shape (node,); positive.
         springs: All springs, those of bodies first, with their numbers at the start of a run.
         edges: Node pairs of the edges of elements, body by body, shape (edge, 2).
+        phantoms: In reserve for cuts.
         skin: Triangles of the bodies' surfaces, for viewers, shape (triangle, 3).
         node_ids: Ids of the author (table ids, or the number within the body), shape (node,).
         bodies: The parts of the arrays that belong to each body.
@@ -279,6 +284,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     friction: SurfaceFriction | None = None
     cutting: CuttingResistance | None = None
     edges: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
+    phantoms: tuple[Phantoms, ...] = ()
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):
@@ -404,8 +410,20 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def body_nodes(self) -> int:
-        """Return how many nodes belong to bodies; they come first."""
+        """Return how many nodes belong to bodies, phantoms included; they come first."""
         return max((body.nodes.stop for body in self.bodies), default=0)
+
+    @cached_property
+    def parents(self) -> Indices:
+        """Return the node that each is a copy of, itself but for phantoms, shape (node,)."""
+        found = np.arange(self.node_count)
+        for part in self.phantoms:
+            found[part.nodes] = part.parents
+        return found
+
+    def phantoms_of(self, body: str) -> Phantoms | None:
+        """Return what a body has in reserve for cuts, by its name; None without any."""
+        return next((part for part in self.phantoms if part.body == body), None)
 
     def body_at(self, node: int) -> BodyPart:
         """Return the body of one of the ``body_nodes``."""
@@ -423,8 +441,9 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def entity_count(self) -> int:
-        """Return how many entities there are: lines, followed by elements."""
-        return self.line_count + self.element_count
+        """Return how many entities there are: lines, elements, and the reserve for cuts."""
+        reserve = sum(body.reserve.elements for body in self.bodies)
+        return self.line_count + self.element_count + reserve
 
     @property
     def line_count(self) -> int:
@@ -576,12 +595,15 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     @property
     def size(self) -> NetSize:
         """Return how many nodes, springs and elements its bodies and joints have."""
-        return NetSize(self.body_nodes, self.spring_count, self.element_count)
+        reserve = sum(body.reserve.nodes for body in self.bodies)
+        return NetSize(self.body_nodes - reserve, self.spring_count, self.element_count)
 
     @property
     def present(self) -> NDArray[np.bool_]:
         """Return which entities are there from the start, shape (entity,); knots are not."""
         present = np.ones(self.entity_count, dtype=bool)
+        for part in self.phantoms:
+            present[part.elements] = False
         for thread in self.threads.values():
             present[thread.slip] = False
             present[thread.hold] = thread.closed

@@ -10,6 +10,7 @@ from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from tissuec.core.source import Source, Span
+from tissuec.core.structs import replace
 from tissuec.laws import Law
 from tissuec.laws.code import parse
 from tissuec.model.inelastic import Inelastic
@@ -22,6 +23,7 @@ from tissuec.model.network import (
     ToolPart,
     ToolShape,
 )
+from tissuec.model.phantoms import Phantoms, Reserve
 from tissuec.model.springs import COLUMNS, Springs
 from tissuec.results import access, schema
 from tissuec.results.access import Contents, ResultGroup
@@ -62,6 +64,14 @@ def write_network(store: Store, network: Network) -> None:
         store.arrays(schema.SOLIDS, **asdict(solids))
         for name in ("region_names", "tissue_names"):
             store.array(schema.SOLIDS[name], getattr(network, name))
+    if network.phantoms:
+        store.arrays(
+            schema.PHANTOMS,
+            body=[part.body for part in network.phantoms],
+            nodes=[_range(part.nodes) for part in network.phantoms],
+            elements=[_range(part.elements) for part in network.phantoms],
+            parents=np.concatenate([part.parents for part in network.phantoms]),
+        )
     _write_threads(store, network)
     _write_tools(store, network)
     if network.joints:
@@ -111,6 +121,7 @@ def read_network(file: ResultGroup, source: Source) -> Network:
     span = Span(source, 0, len(source.text))
     laws = Contents(file, schema.LAWS).rows("name", "elastic", "viscous")
     inelastic = Contents(file, schema.INELASTIC)
+    phantoms = {part.body: part for part in _read_phantoms(file)}
     skin, edges = (each[""].path for each in (schema.SKIN_ELEMENTS, schema.EDGES))
     springs = Springs(
         **{name: arrays.pop(name) for name in COLUMNS},
@@ -121,13 +132,35 @@ def read_network(file: ResultGroup, source: Source) -> Network:
     return Network(
         **arrays,
         springs=springs,
-        bodies=tuple(_read_bodies(file, span)),
+        bodies=tuple(
+            _with_reserve(body, phantoms.get(body.name)) for body in _read_bodies(file, span)
+        ),
         joints=tuple(JointPart(*part, span) for part in _read_joints(file)),
         tools=tuple(_read_tools(file, span)),
         provenance={},
         skin_elements=access.array(file, skin) if skin in file else None,
         edges=access.array(file, edges) if edges in file else np.zeros((0, 2), dtype=np.int32),
+        phantoms=tuple(phantoms.values()),
     )
+
+
+def _with_reserve(body: BodyPart, phantoms: Phantoms | None) -> BodyPart:
+    """Return a body with what it has in reserve for cuts."""
+    if phantoms is None:
+        return body
+    size = phantoms.elements.stop - phantoms.elements.start
+    return replace(body, reserve=Reserve(len(phantoms.parents), int(size), phantoms.cuts))
+
+
+def _read_phantoms(file: ResultGroup) -> Iterator[Phantoms]:
+    found, first = Contents(file, schema.PHANTOMS), 0
+    if not found:
+        return
+    for name, nodes, elements in found.rows("body", "nodes", "elements"):
+        count = int(nodes[1] - nodes[0])
+        parents = found["parents"][first : first + count].astype(np.int64)
+        yield Phantoms(name, slice(*map(int, nodes)), parents, slice(*map(int, elements)))
+        first += count
 
 
 def read_solids(file: ResultGroup) -> ElementCells:

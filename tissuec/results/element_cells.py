@@ -4,17 +4,19 @@ from typing import Any, Self
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.geometry.elements import SHAPES
 from tissuec.model.network import Floats, Indices, Network
 
-VERTEX, LINE, TRIANGLE = 1, 3, 5
+VERTEX, LINE, TRIANGLE, PIECE = 1, 3, 5, 10
 FIBRES = ("fibres", "second_fibres")
 #: VTK's numbers of the shapes of elements (VTK file formats, table of cell types).
 TYPES = {"hexahedron": 12, "quadratic hexahedron": 29, "tetrahedron": 24, "wedge": 13}
-_SHAPES = {number: SHAPES[name] for name, number in TYPES.items()}
+#: Nodes of these, and corners of the tetrahedra that parts of cut elements are drawn by.
+_NODES = {number: SHAPES[name].nodes for name, number in TYPES.items()} | {PIECE: 4}
 
 
 def ends_of(sizes: NDArray[np.integer]) -> Indices:
@@ -89,9 +91,14 @@ class ElementCells(Struct, frozen=True, eq=False):
     def sizes(self) -> Indices:
         """Return how many nodes each has, shape (element,)."""
         sizes = np.zeros(256, dtype=np.int64)
-        for number, shape in _SHAPES.items():
-            sizes[number] = shape.nodes
+        for number, nodes in _NODES.items():
+            sizes[number] = nodes
         return sizes[self.types]
+
+    def followed_by(self, more: Self) -> Self:
+        """Return these and others behind them, with as many families of fibres."""
+        pairs = zip(astuple(self), astuple(more), strict=True)
+        return type(self)(*map(np.concatenate, pairs))
 
     def some(self, items: Indices) -> Self:
         """Return some of the elements, by ascending indices of shape (n,)."""
@@ -108,6 +115,8 @@ class ElementCells(Struct, frozen=True, eq=False):
     def at_nodes(self, values: NDArray[Any], items: Indices, nodes: int) -> NDArray[Any]:
         """Return the mean at each node of the elements around it, NaN without any.
 
+        A part of an element, which has several cells, counts once at each of its corners.
+
         Args:
             values: Of some elements in any unit, shape (n,).
             items: Which these are, ascending, shape (n,).
@@ -117,8 +126,13 @@ class ElementCells(Struct, frozen=True, eq=False):
             In the unit of ``values``, shape (node,).
         """
         own = self.some(items)
-        total = np.bincount(own.nodes, np.repeat(values, own.sizes), nodes)
-        count = np.bincount(own.nodes, minlength=nodes)
+        at, values = own.nodes, np.repeat(values, own.sizes)
+        if (own.types == PIECE).any():
+            of = np.repeat(own.entities, own.sizes).astype(np.int64)
+            _, first = np.unique(of * nodes + at, return_index=True)
+            at, values = at[first], values[first]
+        total = np.bincount(at, values, nodes)
+        count = np.bincount(at, minlength=nodes)
         return np.divide(total, count, out=np.full(nodes, np.nan), where=count > 0)
 
     def by_shape(self) -> list[tuple[int, Indices, NDArray[np.integer]]]:
@@ -126,7 +140,7 @@ class ElementCells(Struct, frozen=True, eq=False):
         first, found = ends_of(self.sizes), list[tuple[int, Indices, Any]]()
         for number in np.unique(self.types).tolist():
             items = np.flatnonzero(self.types == number)
-            rows = first[items][:, None] + np.arange(_SHAPES[number].nodes)
+            rows = first[items][:, None] + np.arange(_NODES[number])
             found.append((number, items, self.nodes[rows]))
         return found
 

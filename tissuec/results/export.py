@@ -105,7 +105,7 @@ def frame_shape(trajectory: Trajectory, frame: int) -> ExportedShape:
             points[channel.stored] = trajectory.at_points(channel, frame)
         else:
             own[channel.stored] = channel.at, trajectory.fields[channel.name][frame]
-    points["node_id"] = trajectory.node_ids
+    points["node_id"] = drawing.node_ids
     return net_shape(trajectory.path.name, trajectory.times[frame], drawing, points, own)
 
 

@@ -210,15 +210,23 @@ class Frames(OverFrames):
         frames: How many frames there are.
         nodes: How many rows each of them has.
         row: Shape of a row.
+        first: Where each frame begins, if others are between them, shape (frame,).
     """
 
-    def __init__(self, dataset: Dataset, frames: int, nodes: int, row: tuple[int, ...] = (3,)):
+    def __init__(
+        self, dataset: Dataset, frames: int, nodes: int, row: tuple[int, ...] = (3,),
+        first: Indices | None = None,
+    ):  # fmt: skip
         unit = attribute(dataset, "unit", str)
         super().__init__((frames, nodes, *row), dataset.dtype, unit)
-        self._dataset = dataset
+        self._dataset, self._first = dataset, first
 
     def _read(self, low: int, high: int) -> Numbers:
         nodes = self.shape[1]
+        if self._first is not None:
+            begins = self._first[low:high].tolist()
+            rows = [self._dataset.finite(begin, begin + nodes) for begin in begins]
+            return np.stack(rows) if rows else np.zeros((0, *self.shape[1:]), self.dtype)
         rows = self._dataset.finite(low * nodes, high * nodes)
         return rows.reshape(high - low, *self.shape[1:])
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import Floats, Network
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
@@ -52,7 +53,7 @@ class FrameRecorder:
             "spring": network.spring_count,
             "triangle": len(network.skin),
             "cell": 0 if recording.cells is None else recording.cells.total,
-            "element": len(mesh.all_solids),
+            "element": len(mesh.solid_entities),
         }
         self._mesh = mesh
         self._file = file
@@ -73,15 +74,17 @@ class FrameRecorder:
         """Reset the number of waiting frames."""
         self.waiting = 0
 
-    def set_topology(self, alive: ArrayLike) -> None:
-        """Set which springs exist from now on; ValueError if the shape is wrong.
+    def set_topology(self, alive: ArrayLike, cut_cells: CutCells | None = None) -> None:
+        """Set which entities exist from now on; ValueError if the shape is wrong.
 
         Args:
             alive: Booleans without a unit, shape (entity,).
+            cut_cells: Parts of elements that were cut; None if that table has not grown.
         """
         alive = np.array(alive, dtype=bool)
         check_shape(alive, (self._network.entity_count,), "alive")
         self.alive = alive
+        self._mesh = self._mesh.with_cut_cells(cut_cells)
         self._shows = DrawnMesh(self._mesh, self._mesh.cells(alive), alive)
         if not self._file.parts.count:  # a file without any frame opens in viewers, too
             self._file.parts.draw(self._shows)
@@ -134,6 +137,9 @@ class FrameRecorder:
         with np.errstate(over="ignore"):  # such a number is reported as not finite
             found = data[:, chosen].astype(self._file.columns.kind, copy=waits)
         check_finite(found, name, times, self._network, numbers, at)
+        if at == "node" and self._mesh.cut is not None:
+            every = self._mesh.cut.beside(data[:, chosen], channel)
+            return every.astype(self._file.columns.kind)
         return found
 
     def _numbers(self, at: Place) -> NDArray[np.integer]:
@@ -219,9 +225,9 @@ class SideTable:
         if channel.at not in ("triangle", "element"):
             return data
         found, mesh = np.zeros_like(data), self._frames.mesh
-        cells = mesh.cells(side.alive)
-        items = cells.faces if channel.at == "triangle" else cells.elements
-        drawn = mesh.numbers(channel.at)[items]
+        drawn = np.flatnonzero(side.alive[mesh.solid_entities])
+        if channel.at == "triangle":
+            drawn = mesh.numbers("triangle")[mesh.cells(side.alive).faces]
         found[drawn] = data[drawn]
         return found
 

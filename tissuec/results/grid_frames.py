@@ -19,7 +19,7 @@ from tissuec.results.access import ResultGroup
 from tissuec.results.alive import read_alive, row_bytes
 from tissuec.results.datasets import CHUNK, DatasetSpec
 from tissuec.results.fields import FieldChannel
-from tissuec.results.frame_columns import POINTS, FrameColumns, part_columns
+from tissuec.results.frame_columns import POINTS, POSITION, FrameColumns, part_columns
 from tissuec.results.hdf5 import set_attribute
 from tissuec.results.mesh import CellGrid, DrawnMesh, RecordedMesh
 from tissuec.results.recording import Recording
@@ -47,10 +47,10 @@ class GridFrames:
         self.parts = Parts(store, network, mesh)
         self._numbers = {one: store.column(data) for one, data in columns.numbers.items()}
         self._whole = {one: store.column(data) for one, data in columns.whole.items()}
-        node_id = store.column(columns.node_id)
+        self._node_id = store.column(columns.node_id)
         self._steps = ColumnTable(store, columns.steps)
         if fresh:
-            store.append({node_id: network.node_ids[mesh.nodes]})
+            store.append({self._node_id: network.node_ids[mesh.nodes]})
 
     @property
     def count(self) -> int:
@@ -73,8 +73,10 @@ class GridFrames:
                 node, …) or alike.
         """
         self.parts.draw(drawing)
-        grid = drawing.grid
-        steps = {"Values": time, **self._offsets(len(grid), len(time))}
+        grid, points = drawing.grid, drawing.cells.points
+        steps = {"Values": time, **self._offsets(len(grid), points, len(time))}
+        if (more := points - self._node_id.rows) > 0:
+            self._store.append({self._node_id: np.full(more, -1)})
         rows: dict[GrowingDataset, ArrayLike | SomeRows] = {
             self._steps[name]: data for name, data in steps.items()
         }
@@ -84,15 +86,21 @@ class GridFrames:
                 assert self._volumes is not None
                 rows[self._whole[channel]] = data.reshape(-1)
                 data = np.nan_to_num(self._volumes.at_nodes(data, self.mesh.nodes))
+                if drawing.mesh.cut is not None:
+                    data = drawing.mesh.cut.beside(data, channel)
             if channel.at in POINTS or data.shape[1] == len(grid):
                 rows[column] = data.reshape(-1, *row)
             else:
                 rows[column] = SomeRows(data, grid.rows[channel.at].start, len(grid))
         self._store.append(rows)
 
-    def _offsets(self, cells: int, frames: int) -> dict[str, NDArray[Any]]:
-        """Return the rows of ``Steps`` for frames that are about to be added."""
-        points = len(self.mesh.nodes) * np.arange(self.count, self.count + frames)
+    def _offsets(self, cells: int, count: int, frames: int) -> dict[str, NDArray[Any]]:
+        """Return the rows of ``Steps`` for frames that are about to be added.
+
+        Args:
+            cells, count: How many cells and points each of them has.
+        """
+        points = self._numbers[POSITION].rows + count * np.arange(frames)
         same = np.zeros(frames, dtype=np.int64)
         return {
             **self.parts.offsets(frames),
@@ -186,13 +194,14 @@ class Parts(CellTables):
     def __init__(self, store: Store, network: Network, mesh: RecordedMesh):
         columns = {name: one for name, (one, _) in part_columns(mesh).items()}
         super().__init__(store, columns)
-        self._store, self._mesh = store, mesh
+        self._store = store
         self._labels = {name: store.column(columns[f"CellData/{name}"]) for name in mesh.labels}
         self._alive = store.column(PARTS["alive"].of(chunk=max(CHUNK, row_bytes(network))))
         self.drawn: DrawnMesh | None = None
         if self.count:
             alive = alive_in(store.content, self.count - 1, network)
-            self.drawn = DrawnMesh(mesh, mesh.cells(alive), alive)
+            points = int(self._table["NumberOfPoints"].dataset[-1])
+            self.drawn = DrawnMesh(mesh, mesh.cells(alive, points), alive)
             self.locate(self.drawn.grid)
 
     def draw(self, drawing: DrawnMesh) -> None:
@@ -200,7 +209,7 @@ class Parts(CellTables):
         if self.drawn is not None and drawing.cells.same_as(self.drawn.cells):
             return
         self.drawn = drawing
-        self.add(len(self._mesh.nodes), drawing.grid)
+        self.add(drawing.cells.points, drawing.grid)
         labels = {self._labels[name]: each for name, each in drawing.labels.items()}
         self._store.append({**labels, self._alive: np.packbits(drawing.alive)})
 

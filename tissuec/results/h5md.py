@@ -51,6 +51,7 @@ def add_views(
         _add(particles, PARTICLES[name], name, data)
     steps: Any = file["VTKHDF/Steps"]
     frames, nodes = int(steps.attrs["NSteps"]), len(mass)
+    first: Any = steps["PointOffsets"][:frames]
     if not frames or not nodes:
         return  # HDF5 has no virtual datasets without content
     step = np.arange(frames)
@@ -58,7 +59,7 @@ def add_views(
         view = particles.create_group(channel.key)
         view.attrs["unit"] = channel.unit
         source: Any = file[column_of(channel).path]
-        value = add_virtual(view, "value", source, (frames, nodes, *channel.row))
+        value = add_virtual(view, "value", source, (frames, nodes, *channel.row), first)
         declared = PARTICLES["{field}/value"].of(field=channel.key, unit=channel.unit)
         value.attrs["description"] = declared.text
         view["time"] = steps["Values"]  # the same dataset under a second name

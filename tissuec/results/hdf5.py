@@ -119,7 +119,9 @@ def linked_file(file: h5py.File, name: str) -> str:
     return getattr(owner.get(name, getlink=True), "filename", "")
 
 
-def add_virtual(group: h5py.Group, name: str, source: Any, shape: tuple[int, ...]) -> Any:
+def add_virtual(
+    group: h5py.Group, name: str, source: Any, shape: tuple[int, ...], first: Any
+) -> Any:
     """Return a new dataset that shows another one of the same file.
 
     Args:
@@ -127,8 +129,18 @@ def add_virtual(group: h5py.Group, name: str, source: Any, shape: tuple[int, ...
         name: Of the new dataset.
         source: The dataset that is shown.
         shape: Of the new one.
+        first: The first row of the source that each entry of the new one shows, shape (entry,).
     """
     owner: Any = group
     layout = _H5PY.VirtualLayout(shape=shape, dtype=source.dtype)
-    layout[...] = _H5PY.VirtualSource(".", source.name, shape=source.shape)
+    shown = _H5PY.VirtualSource(".", source.name, shape=source.shape)
+    count, rows = shape[:2]
+    # As long as rows follow one another, they are shown at once.
+    whole = int(np.argmin(np.append(first == rows * np.arange(count), False)))
+    if whole == count and len(source) == count * rows:
+        layout[...] = shown
+    else:
+        layout[:whole] = shown[: whole * rows]
+        for entry in range(whole, count):
+            layout[entry] = shown[first[entry] : first[entry] + rows]
     return owner.create_virtual_dataset(name, layout)

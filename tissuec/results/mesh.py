@@ -3,6 +3,8 @@
 Springs are lines, triangles of walls and of skins are triangles, and nodes without anything are
 vertices. A body of solid elements that frames contain as a whole is shown by its elements, in
 place of their edges and of its skin: slices are filled, and integrals are those of the volume.
+Parts of elements that were cut are shown by tetrahedra, whose corners are nodes and riding
+points; these follow the nodes in frames.
 """
 
 from collections.abc import Mapping
@@ -16,15 +18,18 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.core.arrays import counted_up
 from tissuec.core.structs import replace
 from tissuec.geometry.edge_supports import SupportedTriangles
+from tissuec.model.cut_cells import CutCells, reserved_entities
 from tissuec.model.network import Indices, Network, numbers_in
+from tissuec.results.cut_cells import RecordedCutCells
 from tissuec.results.element_cells import (
     LINE,
+    PIECE,
     TRIANGLE,
     VERTEX,
     ElementCells,
     ends_of,
 )
-from tissuec.results.fields import Place
+from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.recording import Recording
 
 
@@ -34,10 +39,13 @@ class Cells(NamedTuple):
     Attributes:
         vertices: Nodes that nothing below touches, shape (vertex, 1).
         lines: Ends of springs and edges of elements that are alive, shape (line, 2).
-        triangles: Skin that is whole, shape (triangle, 3).
+        triangles: Skin that is whole, followed by triangles of parts, shape (triangle, 3).
         line_numbers: Network number of each line, shape (line,).
-        faces: Place of each triangle among those of the mesh, shape (triangle,).
-        elements: Places of the elements that exist among those of the mesh, shape (element,).
+        faces: Place of each triangle of the skin among those of the mesh, shape (face,).
+        elements: Places of the cells of elements that exist among the ``solids`` of the mesh,
+            shape (element,).
+        borders: Places of the triangles of parts among those of the mesh, shape (border,).
+        points: How many points a frame has: nodes, and behind them riding points.
     """
 
     vertices: Indices
@@ -46,6 +54,8 @@ class Cells(NamedTuple):
     line_numbers: NDArray[np.integer]
     faces: Indices
     elements: Indices
+    borders: Indices
+    points: int
 
     def same_as(self, other: "Cells | None") -> bool:
         """Return whether both draw the same."""
@@ -59,8 +69,8 @@ class CellGrid(Struct, frozen=True, eq=False):
         types: VTK's number of the type of each, shape (cell,).
         points: Of all cells one after another, shape (row,).
         ends: Where each begins in ``points``, and the end of the last, shape (cell + 1,).
-        rows: Where springs, triangles and elements stand among the cells.
-        items: Places of these among those of the mesh.
+        rows: Where springs, triangles of the skin and elements stand among the cells.
+        items: Places of these among those of the mesh, those of parts among the elements.
     """
 
     types: NDArray[np.uint8]
@@ -83,7 +93,7 @@ class CellGrid(Struct, frozen=True, eq=False):
         Args:
             vertices, lines, triangles: Points, shapes (cell, 1), (cell, 2) and (cell, 3).
             solids: Elements with numbers of points.
-            items: As for the class.
+            items: As for the class; if there are fewer triangles, the others have no numbers.
         """
         solids = ElementCells.none() if solids is None else solids
         tables = {VERTEX: vertices, LINE: lines, TRIANGLE: triangles}
@@ -93,6 +103,8 @@ class CellGrid(Struct, frozen=True, eq=False):
         stops = np.cumsum([len(vertices), len(lines), len(triangles), len(solids)]).tolist()
         places: tuple[Place, ...] = ("spring", "triangle", "element")
         rows = {at: slice(*stops[n : n + 2]) for n, at in enumerate(places)}
+        if items is not None:
+            rows["triangle"] = slice(stops[1], stops[1] + len(items["triangle"]))
         return cls(
             np.concatenate([*types, solids.types]),
             np.concatenate(points),
@@ -184,6 +196,12 @@ class DrawnMesh(Struct, frozen=True, eq=False, dict=True):
         """
         return {name: self.grid.over(at, each) for name, (at, each) in self.mesh.labels.items()}
 
+    @property
+    def node_ids(self) -> Indices:
+        """Return the ids of nodes, and -1 of riding points, shape (point,)."""
+        ids = self.mesh.network.node_ids[self.mesh.nodes]
+        return np.append(ids, np.full(self.cells.points - len(ids), -1))
+
 
 class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
     """The part of a network that frames show.
@@ -199,11 +217,14 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         lines: Ends of those as rows of ``nodes``, shape (line, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
         faces: Numbers of these triangles in the skin of the network, shape (triangle,).
-        solids: The solid elements of bodies that are shown as a whole, as rows of ``nodes``.
-        elements: Their numbers among all solid elements, shape (element,).
-        all_solids: All of these, with the nodes of the network.
+        solids: The solid elements of bodies that are shown as a whole, as rows of ``nodes``,
+            followed by the tetrahedra of their parts.
+        elements: Numbers of these elements, and of the parts that there can be, among all
+            ``solid_entities``, shape (item,).
+        all_solids: All solid elements, with the nodes of the network.
         with_skin: Whether VTK shows the skins of solid elements, too, as their triangles have
             numbers.
+        cut: Parts of elements that were cut; None before the first cut.
     """
 
     network: Network
@@ -216,6 +237,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
     elements: Indices
     all_solids: ElementCells
     with_skin: bool = False
+    cut: RecordedCutCells | None = None
 
     @classmethod
     def of(
@@ -251,8 +273,8 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         if (lines < 0).any():
             line = line_numbers[(lines < 0).any(axis=1)][0]
             raise ValueError(f"line {line} is recorded, but not both of its ends are")
-        shown = np.flatnonzero((row[network.skin] >= 0).all(axis=1))
-        triangles = row[network.skin[shown].reshape(-1, 3)]
+        faces = np.flatnonzero((row[network.skin] >= 0).all(axis=1))
+        triangles = row[network.skin[faces].reshape(-1, 3)]
         solids = ElementCells.of(network) if solids is None else solids
         bodies = np.array([body.nodes.stop for body in network.bodies])
         partial = np.zeros(len(bodies) + 1, dtype=bool)
@@ -262,10 +284,82 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         )
         own = solids.some(elements)
         own = replace(own, nodes=row[own.nodes])
+        reserved, of = reserved_entities(network, solids.entities)
+        if len(reserved):
+            shown = np.flatnonzero(~partial[of])
+            elements = np.concatenate([elements, len(solids) + shown])
         return cls(
-            network, nodes, line_numbers, lines, triangles, shown, own, elements, solids,
+            network, nodes, line_numbers, lines, triangles, faces, own, elements, solids,
             with_skin,
         )  # fmt: skip
+
+    def with_cut_cells(self, table: CutCells | None) -> "RecordedMesh":
+        """Return this with the parts of elements of a table, in place of others."""
+        if table is None:
+            return self
+        whole = self.solids.some(np.flatnonzero(self.solids.types != PIECE))
+        items: Indices = np.full(self.network.entity_count, -1)
+        items[self.solid_entities[self.elements]] = np.arange(len(self.elements))
+        cut = RecordedCutCells.of(table, self.nodes, items, whole)
+        return replace(self, cut=cut, solids=whole.followed_by(cut.pieces))
+
+    @cached_property
+    def solid_entities(self) -> Indices:
+        """Entities of solid elements, then of parts that there can be, shape (item,)."""
+        reserved, _ = reserved_entities(self.network, self.all_solids.entities)
+        return np.concatenate([self.all_solids.entities, reserved]).astype(np.int64)
+
+    @property
+    def points(self) -> int:
+        """Return how many points frames have after the last cut: nodes, and riding points."""
+        return len(self.nodes) + (0 if self.cut is None else len(self.cut.sums))
+
+    @property
+    def numbers_of_points(self) -> Indices:
+        """Return network numbers of nodes, continued by riding points, shape (point,)."""
+        nodes = self.nodes.astype(np.int64)
+        if self.cut is None:
+            return nodes
+        return np.concatenate([nodes, self.network.node_count + self.cut.riding])
+
+    @cached_property
+    def representatives(self) -> Indices:
+        """Return numbers of nodes, and of main hosts of riding points, shape (point,)."""
+        nodes = self.nodes.astype(np.int64)
+        if self.cut is None:
+            return nodes
+        return np.concatenate([nodes, nodes[self.cut.sums.main_hosts]])
+
+    @cached_property
+    def are_matter(self) -> NDArray[np.bool_]:
+        """Which points are places of matter, or may be, shape (point,).
+
+        Nodes that parts have on the far side of a cut are not.
+        """
+        found = np.ones(self.points, dtype=bool)
+        if len(self.all_solids):
+            found[: len(self.nodes)] = self._may_be_lonely
+        if self.cut is not None:
+            found[self.cut.pieces.nodes] = True
+            found[self.cut.triangles] = True
+        return found
+
+    def at_points(self, values: NDArray[Any], channel: FieldChannel) -> NDArray[Any]:
+        """Return numbers of nodes with those of riding points behind them, shape (point, …).
+
+        Args:
+            values: Of recorded nodes in the unit of the channel, shape (node, …).
+            channel: What they are.
+        """
+        return values if self.cut is None else self.cut.beside(values[None], channel)[0]
+
+    @cached_property
+    def items(self) -> Indices:
+        """The place among ``elements`` of each cell of ``solids``, shape (cell,)."""
+        if self.cut is None:
+            return np.arange(len(self.solids))
+        whole = len(self.solids) - len(self.cut.items)
+        return np.concatenate([np.arange(whole), self.cut.items])
 
     @property
     def labels(self) -> dict[str, tuple[Place, NDArray[Any]]]:
@@ -274,15 +368,23 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         They have no unit and the shape (item,), or (item, 3) of directions.
         """
         own = self.solids.labels if len(self.solids) else {}
-        of_solids = {name: ("element", each) for name, each in own.items()}
+        of_solids = {name: ("element", self._of_items(each)) for name, each in own.items()}
         if len(self.solids) and not self.drawn("spring"):
             return of_solids
         return {"spring_id": ("spring", self.network.springs.ids[self.springs]), **of_solids}
 
+    def _of_items(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return labels of cells as those of elements and parts, shape (item, …)."""
+        if len(self.elements) == len(values):
+            return values
+        found = np.zeros((len(self.elements), *values.shape[1:]), dtype=values.dtype)
+        found[self.items] = values
+        return found
+
     @cached_property
     def _is_solid(self) -> NDArray[np.bool_]:
-        """Which nodes belong to bodies that are shown by their elements, shape (node,)."""
-        found = np.zeros(len(self.nodes), dtype=bool)
+        """Which points belong to bodies that are shown by their elements, shape (point,)."""
+        found = np.zeros(self.points, dtype=bool)
         found[self.solids.nodes] = True
         return found
 
@@ -304,33 +406,54 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         own = None if every is None else every[self.faces]
         return SupportedTriangles(self.network.line_ends, skin.astype(np.int64), own)
 
-    def cells(self, alive: NDArray[np.bool_]) -> Cells:
-        """Return the cells drawn while the entities ``alive``, shape (entity,), exist."""
+    @cached_property
+    def _may_be_lonely(self) -> NDArray[np.bool_]:
+        """Which nodes are drawn where nothing touches them: no phantoms, shape (node,)."""
+        return self.network.parents[self.nodes] == self.nodes
+
+    def cells(self, alive: NDArray[np.bool_], points: int | None = None) -> Cells:
+        """Return the cells that are drawn at a time.
+
+        Args:
+            alive: Entities that exist, shape (entity,).
+            points: How many points there are; all by default.
+        """
         shown = alive[self.line_numbers]
         everything = slice(None) if shown.all() else shown  # which copies nothing
         lines, numbers = self.lines[everything], self.line_numbers[everything]
         faces = np.flatnonzero(self._skin.whole(alive))
         triangles, elements = self.triangles[faces], np.flatnonzero(alive[self.solids.entities])
-        lonely = np.ones(len(self.nodes), dtype=bool)
+        borders = np.zeros(0, dtype=np.int64)
+        if self.cut is not None:
+            borders = np.flatnonzero(alive[self.cut.borders])
+            triangles = np.concatenate([triangles, self.cut.triangles[borders]])
+        lonely = np.ones(self.points, dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False
         lonely[self.solids.some(elements).nodes] = False
+        lonely = lonely[: len(self.nodes)]
+        if len(self.all_solids):
+            lonely &= self._may_be_lonely
         vertices = np.flatnonzero(lonely)[:, None]
-        return Cells(vertices, lines, triangles, numbers, faces, elements)
+        count = self.points if points is None else points
+        return Cells(vertices, lines, triangles, numbers, faces, elements, borders, count)
 
     def grid(self, cells: Cells) -> CellGrid:
         """Return the cells by which VTK shows others."""
         count = int(np.searchsorted(cells.line_numbers, self.network.spring_count))
         faces = self.are_faces[cells.faces]
+        shown = faces
+        if self.cut is not None:
+            shown = np.append(faces, self.with_skin | self.cut.are_bare[cells.borders])
         return CellGrid.of(
             cells.vertices,
             cells.lines[:count],
-            cells.triangles[faces],
+            cells.triangles[shown],
             self.solids.some(cells.elements),
             {
                 "spring": np.searchsorted(self.line_numbers, cells.line_numbers[:count]),
                 "triangle": cells.faces[faces],
-                "element": cells.elements,
+                "element": self.items[cells.elements],
             },
         )
 
@@ -341,7 +464,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         return len(self.springs) if at == "spring" else int(self.are_faces.sum())
 
     def numbers(self, at: Place) -> NDArray[np.integer]:
-        """Return network numbers of what is recorded, shape (item,)."""
+        """Return the number of each recorded item among all of its kind, shape (item,)."""
         of_place: Mapping[Place, NDArray[np.integer]] = {
             "node": self.nodes, "spring": self.springs, "triangle": self.faces,
             "element": self.elements,

@@ -17,7 +17,7 @@ from tissuec.geometry.surfaces import SURFACES
 from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.model.network import Floats, Indices
 from tissuec.results.fields import FieldChannel, magnitudes
-from tissuec.results.frame_columns import Numbers
+from tissuec.results.frame_columns import MOTION, Numbers
 from tissuec.results.mesh import Cells
 from tissuec.results.volume_cells import mean_at
 
@@ -78,18 +78,28 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         return zip(range(len(self)), self.frames.tolist(), self.sides.tolist(), strict=True)
 
     def vectors(self, name: str, kept: Indices, kind: type[np.floating]) -> NDArray[Any]:
-        """Return vectors at some nodes, shape (row, node, 3).
+        """Return vectors at some points, shape (row, point, 3).
+
+        Riding points have numbers in all rows, also before the cut that makes them.
 
         Args:
             name: "position" [m], "velocity" [m/s], or a field of vectors at nodes.
-            kept: Rows of nodes in frames, shape (node,).
+            kept: Rows of points in frames, shape (point,).
             kind: Type of the numbers.
         """
         found = np.empty((len(self), len(kept), 3), dtype=kind)
-        frames, sides = self._arrays(name)
-        for row, frame, side in self.rows():
-            found[row] = (sides[side] if frame < 0 else frames[frame])[kept]
+        for row in range(len(self)):
+            found[row] = self._at_points(name, row)[kept]
         return found
+
+    def _at_points(self, name: str, row: int) -> NDArray[Any]:
+        """Return the numbers of a field at all points in a row, shape (point, …)."""
+        frames, sides = self._arrays(name)
+        frame, side = int(self.frames[row]), int(self.sides[row])
+        mesh = self.trajectory.mesh
+        every = sides[side][: len(mesh.nodes)] if frame < 0 else frames[frame]
+        channels = (*MOTION, *self.trajectory.channels)
+        return mesh.at_points(every, next(one for one in channels if one.name == name))
 
     def _arrays(self, name: str) -> tuple[Any, Any]:
         """Return the numbers at nodes in frames, and at sides of events."""
@@ -99,7 +109,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         return trajectory.fields[name], trajectory.sides.fields[name]
 
     def at_nodes(self, channel: FieldChannel, row: int) -> Floats:
-        """Return one number at each recorded node, NaN where it has none, shape (node,).
+        """Return one number at each point, NaN where it has none, shape (point,).
 
         That is the magnitude of vectors, and the mean of the springs, triangles or cells around
         a node, in the unit of the field.
@@ -108,22 +118,21 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
             row: Number of the row.
         """
         trajectory = self.trajectory
-        nodes = len(trajectory.nodes)
+        mesh, nodes = trajectory.mesh, len(trajectory.nodes)
         if channel.at == "node":
-            frames, sides = self._arrays(channel.name)
-            frame, side = int(self.frames[row]), int(self.sides[row])
-            found = np.asarray(sides[side] if frame < 0 else frames[frame], dtype=float)[:nodes]
+            found = np.asarray(self._at_points(channel.name, row), dtype=float)
             return magnitudes(found) if channel.width > 1 else found
         numbers, items = self.shown(channel, row)
+        if channel.at == "element":
+            numbers = magnitudes(numbers) if channel.width > 1 else numbers
+            return mesh.solids.at_nodes(numbers, self._cells(row).elements, mesh.points)
         if channel.at == "cell":
             assert trajectory.volume_cells is not None
-            return trajectory.volume_cells.at_nodes(numbers, trajectory.nodes)
-        if channel.at == "element":
-            return trajectory.mesh.solids.at_nodes(
-                magnitudes(numbers) if channel.width > 1 else numbers, items, nodes
-            )
-        corners = trajectory.ends if channel.at == "spring" else trajectory.triangles
-        return mean_at(corners[items], numbers, nodes)
+            found = trajectory.volume_cells.at_nodes(numbers, trajectory.nodes)
+        else:
+            corners = trajectory.ends if channel.at == "spring" else trajectory.triangles
+            found = mean_at(corners[items], numbers, nodes)
+        return mesh.at_points(found, channel)
 
     def shown(self, channel: FieldChannel, row: int) -> tuple[Numbers, Indices]:
         """Return the numbers of springs, triangles or cells in a row, and whose they are.
@@ -134,7 +143,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
 
         Returns:
             Numbers in the unit of the field, and rows of the recorded springs, triangles or
-            cells, shape (shown,) each.
+            cells, shape (shown,) each. Parts of elements have one row for each tetrahedron.
         """
         trajectory, frame, side = self.trajectory, int(self.frames[row]), int(self.sides[row])
         if frame >= 0 and channel.at != "cell":
@@ -147,9 +156,16 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         if channel.at == "spring":
             there = np.flatnonzero(trajectory.sides.alive(side)[trajectory.springs])
         elif channel.at in ("triangle", "element"):
-            cells = trajectory.mesh.cells(trajectory.sides.alive(side))
-            there = cells.faces if channel.at == "triangle" else cells.elements
+            cells, mesh = self._cells(row), trajectory.mesh
+            there = cells.faces if channel.at == "triangle" else mesh.items[cells.elements]
         return every[there], there
+
+    def _cells(self, row: int) -> Cells:
+        """Return what exists in a row."""
+        trajectory, frame = self.trajectory, int(self.frames[row])
+        if frame >= 0:
+            return trajectory.cells(frame)
+        return trajectory.mesh.cells(trajectory.sides.alive(int(self.sides[row])))
 
     @cached_property
     def held(self) -> Indices:
@@ -182,10 +198,8 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
             name: As in ``vectors``, with the same units.
             row: Number of the row.
         """
-        every = np.arange(len(self.trajectory.nodes))
-        frame, side = int(self.frames[row]), int(self.sides[row])
-        frames, sides = self._arrays(name)
-        return np.asarray((sides[side] if frame < 0 else frames[frame])[every], dtype=float)
+        found = self._at_points(name, row)[: len(self.trajectory.nodes)]
+        return np.asarray(found, dtype=float)
 
     def tools(self) -> Floats:
         """Return the positions of the nodes of tools [m], shape (row, node, 3)."""

@@ -178,6 +178,19 @@ SKIN_ELEMENTS = GroupSpec(
     {"": _integers("triangle", "element of each triangle of the skin")},
     when="scenes with elements that can break",
 )
+PHANTOMS = GroupSpec(
+    "/tissuec/network/phantoms",
+    "phantom nodes of solids that the script cuts, which follow those of the bodies, and "
+    "numbers for the parts of their elements, which follow those of the elements",
+    {
+        "body": _texts("body", "name of each body"),
+        "nodes": _integers("body 2", f"first phantom node {_ENDS} of each body"),
+        "elements": _integers("body 2", f"first number of parts {_ENDS} of each body"),
+        "parents": _array("phantom", "the node that each phantom node is a copy of", kind="i4"),
+    },
+    packed="large",
+    when="scenes that cut solids of elements",
+)
 EDGES = GroupSpec(
     "/tissuec/network/edges",
     "edges of elements, body after body",
@@ -379,8 +392,10 @@ def _fibres(what: str) -> DatasetSpec:
 FRAMES = _grid(
     ROOT,
     "frames as a VTK UnstructuredGrid with steps: springs as lines, triangles of walls and of "
-    "skins, and solid elements as volume cells, in this order behind single nodes. Frames are "
-    "concatenated: `Points` has frames × nodes rows. Topologies are written once, as parts",
+    "skins, and solid elements as volume cells, in this order behind single nodes. Parts of "
+    "cut elements follow as tetrahedra, VTK's type 10. Frames are concatenated: `Points` has "
+    "frames × nodes rows; after a cut, the nodes of each frame are followed by riding points. "
+    "Topologies are written once, as parts",
     {
         "CellData/spring_id": _integers(
             "cell", "id of each line's spring; -1 at other cells", packed="large"
@@ -421,6 +436,34 @@ PARTS = GroupSpec(
             in_parts=True,
         )
     },
+    chunk=CHUNK,
+)
+
+
+def _numbered(axes: str, text: str) -> DatasetSpec:
+    return _array(axes, text, kind="i4", packed="large")
+
+
+CUT_CELLS = GroupSpec(
+    "/tissuec/cut_cells",
+    "the parts of all elements that were ever cut, as tetrahedra and triangles; a later cut "
+    "adds rows. Those whose entity exists are drawn. Corners are numbers of nodes of the "
+    "network or, from the number of nodes on, of riding points: weighted sums of nodes",
+    {
+        "host_count": _numbered("point", "number of nodes that each riding point is a sum of"),
+        "hosts": _numbered("row", "these nodes, point after point"),
+        "weights": _array("row", "their weights, which add up to 1", packed="large"),
+        "parts": _numbered("part", "entity of each part"),
+        "wholes": _numbered("part", "entity of the element that it is a part of"),
+        "corners": _numbered("tetrahedron 4", "corners of each tetrahedron"),
+        "owners": _numbered("tetrahedron", "entity of the part that it belongs to"),
+        "triangles": _numbered("triangle 3", "corners, as seen from outside"),
+        "borders": _numbered("triangle", "entity of the part that it bounds"),
+        "are_cut": _array(
+            "triangle", "whether it is a face of a cut, not of the body as drawn", kind="bool"
+        ),
+    },
+    when="runs that cut elements in parts",
     chunk=CHUNK,
 )
 SURFACES = _grid(
@@ -492,9 +535,9 @@ PARTICLES = GroupSpec(
     },
 )
 GROUPS = (
-    FRAMES, PARTS, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES, ERRORS,
-    COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, SOLIDS, LAWS,
-    BODIES, JOINTS, TOOLS, EDGES, INELASTIC, SKIN_ELEMENTS, ORIGINS, ORIGINS_OF, SETS, REGIONS,
-    CHECKPOINT, SUMS,
+    FRAMES, PARTS, CUT_CELLS, PARTICLES, SIDES, CELLS, TOOL_FRAMES, SURFACES, LOGS, ENERGIES,
+    ERRORS, COMPANION, EVENTS, HOLDS, SCENE, MANIFEST, RECORDING, NETWORK, SOLIDS, LAWS,
+    BODIES, JOINTS, TOOLS, EDGES, PHANTOMS, INELASTIC, SKIN_ELEMENTS, ORIGINS, ORIGINS_OF,
+    SETS, REGIONS, CHECKPOINT, SUMS,
 )  # fmt: skip
 """All groups, in the order of the manual."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.core.source import Source
+from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import ResultError, access
 from tissuec.results.access import ResultGroup
@@ -22,6 +23,7 @@ from tissuec.results.arrays import (
     read_volume_cells,
 )
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
+from tissuec.results.cut_cells import read_cut_cells
 from tissuec.results.datasets import GroupSpec
 from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.frame_columns import (
@@ -198,8 +200,36 @@ class Trajectory:
         return self.fields["force"]
 
     def _at_points(self, channel: FieldChannel) -> Frames:
-        data = access.dataset(self._file, column_of(channel).path)
-        return Frames(data, self._frame_count, len(self.nodes), channel.row)
+        data, first = access.dataset(self._file, column_of(channel).path), None
+        if self.cut_cells is not None:
+            first = self._starts[: self._frame_count]
+        return Frames(data, self._frame_count, len(self.nodes), channel.row, first)
+
+    @cached_property
+    def _starts(self) -> Indices:
+        """Where the points of each frame begin, shape (frame,)."""
+        return access.array(self._file, "VTKHDF/Steps/PointOffsets")
+
+    @cached_property
+    def cut_cells(self) -> CutCells | None:
+        """The parts of all elements that the run cut; None if it cut none.
+
+        Corners of their tetrahedra and triangles are nodes of the network or riding points,
+        which are weighted sums of nodes. ``position`` has the nodes; `points` has both.
+        """
+        return read_cut_cells(self._file, self.network)
+
+    def points(self, frame: int) -> Numbers:
+        """Return positions of recorded nodes and, behind them, of riding points [m].
+
+        Shape (point, 3). Riding points are corners of parts of elements that were cut, as far
+        as there are any in this frame; see `cut_cells`. The numbers of all cells of `cells`
+        and `drawing` are rows of these positions.
+
+        Args:
+            frame: Its number, which may count from the end.
+        """
+        return self.at_points(POSITION, frame)
 
     @property
     def tension(self) -> OverFrames:
@@ -249,13 +279,24 @@ class Trajectory:
         )  # fmt: skip
 
     def at_points(self, channel: FieldChannel, frame: int) -> Numbers:
-        """Return the numbers that VTK finds at nodes in a frame, shape (node, …).
+        """Return the numbers that VTK finds at points in a frame, shape (point, …).
+
+        Points are recorded nodes and, behind them, riding points.
 
         Args:
             channel: Of a field of nodes, or of cells, of which nodes have the mean, or 0.
             frame: Number of the frame.
         """
-        return self._at_points(channel)[frame]
+        if self.cut_cells is None:
+            return self._at_points(channel)[frame]
+        data = access.dataset(self._file, column_of(channel).path)
+        first = self._step("PointOffsets", frame)
+        return data.finite(first, first + self._point_count(frame))
+
+    def _point_count(self, frame: int) -> int:
+        """Return how many nodes and riding points there are in a frame."""
+        part = self._step("PartOffsets", frame)
+        return int(access.dataset(self._file, "VTKHDF/NumberOfPoints")[part])
 
     def _drawn(self, at: Place, frame: int) -> Drawn:
         """Return where the numbers of springs, triangles or elements are in a frame."""
@@ -275,9 +316,10 @@ class Trajectory:
         """All that frames may show of the network."""
         with_skin = any(channel.at == "triangle" for channel in self.channels)
         solids = read_solids(self._file)
-        return RecordedMesh.of(
+        mesh = RecordedMesh.of(
             self.network, self.nodes, self.lines, solids, with_skin=with_skin
         )
+        return mesh.with_cut_cells(self.cut_cells)
 
     @property
     def triangles(self) -> Indices:
@@ -293,7 +335,7 @@ class Trajectory:
 
         Returns:
             Numbers, and rows of `ends`, `triangles` or the elements of `mesh`, shape
-            (shown, …) and (shown,).
+            (shown, …) and (shown,). Parts of elements have one row for each tetrahedron.
         """
         field = self.fields[name]
         assert isinstance(field, CellFrames)
@@ -313,7 +355,8 @@ class Trajectory:
         part = self._step("PartOffsets", frame)
         if self._drawing is None or self._drawing[0] != part:
             alive = alive_in(self._file, part, self.network)
-            self._drawing = part, DrawnMesh(self.mesh, self.mesh.cells(alive), alive)
+            cells = self.mesh.cells(alive, self._point_count(frame))
+            self._drawing = part, DrawnMesh(self.mesh, cells, alive)
         return self._drawing[1]
 
     def spring_force(self, frame: int) -> tuple[Numbers, Indices]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tissuec.core.source import Source
+from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import Indices, Network
 from tissuec.results import ResultError, access
 from tissuec.results.arrays import (
@@ -28,6 +29,7 @@ from tissuec.results.checkpoint import (
     truncate,
     write_checkpoint,
 )
+from tissuec.results.cut_cells import CutCellTable
 from tissuec.results.frames import FrameRecorder, SideTable
 from tissuec.results.grid_frames import GridFrames
 from tissuec.results.h5md import add_views, remove_views
@@ -43,7 +45,7 @@ from tissuec.results.mesh import RecordedMesh, mesh_of
 from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.recording import Event, EventSide, NamedGroup, Recording
-from tissuec.results.schema import COMPANION, ENERGIES, ERRORS, SCENE, SIDES
+from tissuec.results.schema import COMPANION, CUT_CELLS, ENERGIES, ERRORS, SCENE, SIDES
 from tissuec.results.store import Store
 from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import DISTANCE, ENERGY, ERROR, EventTable, LogTable, log_tables
@@ -142,8 +144,9 @@ class ResultWriter:
         if COMPANION.path in store.file:
             store.remove(COMPANION.path)
         remove_views(store.file)
-        if SIDES.path in store.file and SIDES["time"].path not in checkpoint.rows:
-            store.remove(SIDES.path)
+        for late, first in ((SIDES, "time"), (CUT_CELLS, "parts")):
+            if late.path in store.file and late[first].path not in checkpoint.rows:
+                store.remove(late.path)
         source = Source(store.path.name, access.text(store.content, SCENE.path))
         network, recording = read_network(store.content, source), read_recording(store.content)
         mesh = mesh_of(network, recording, read_solids(store.content))
@@ -172,6 +175,8 @@ class ResultWriter:
         """
         self._store, self._scene = store, scene
         store.compresses = recording.compress
+        self._cut_cells = CutCellTable(store, network)
+        mesh = mesh.with_cut_cells(self._cut_cells.content)
         self._grids = GridFrames(store, network, recording, mesh)
         tools = ToolTable(store, network, self._grids.columns.kind)
         self._frames = FrameRecorder(network, recording, self._grids, tools)
@@ -200,14 +205,27 @@ class ResultWriter:
         self._started = self._flushed - earlier
         self._stopped: float | None = None
 
-    def topology(self, alive: ArrayLike) -> None:
-        """Set which springs exist in the frames to come, shape (spring,).
+    @property
+    def cut_cells(self) -> CutCells | None:
+        """The parts of elements that were cut so far, also before a run that is resumed."""
+        return self._cut_cells.content
+
+    def topology(self, alive: ArrayLike, cut_cells: CutCells | None = None) -> None:
+        """Set which entities exist in the frames to come, shape (entity,).
 
         To be called once before the first frame and after each cut and rupture; a new part of
         the file is made only when a frame follows that looks different.
+
+        Args:
+            cut_cells: The parts of elements that were cut: all of those given before, in the
+                same order, and more. None if there are no others.
+
+        Raises:
+            ValueError: There are fewer parts than before.
         """
         self._check_open()
-        self._frames.set_topology(alive)
+        grown = self._cut_cells.extend(cut_cells)
+        self._frames.set_topology(alive, cut_cells if grown else None)
         for surface in self._surfaces.values():
             surface.set_topology(np.asarray(alive, dtype=bool))
         self._flush_if_due()

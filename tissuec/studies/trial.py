@@ -23,6 +23,7 @@ from tissuec.core.structs import replace
 from tissuec.core.workers.workers import CommonCache
 from tissuec.engine.execution.event_queue import SAME, rows_at
 from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import Floats, Indices
 from tissuec.results.promise import kinds
 from tissuec.results.recording import EventSide
@@ -69,8 +70,8 @@ class Observer(MemoryRecording):
                 tuple(compiled.named_groups()),
             )
 
-    def topology(self, alive: NDArray[np.bool_]) -> None:
-        self._rest.topology(alive)
+    def topology(self, alive: NDArray[np.bool_], cut_cells: CutCells | None = None) -> None:
+        self._rest.topology(alive, cut_cells)
 
     def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
         self._rest.holds(time, holders)

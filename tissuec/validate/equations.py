@@ -189,7 +189,8 @@ class Equations:
         field: Any = block.field.intact(state.alive)
         match block.kind:
             case "elements":
-                return ElementSolid(field, state.network.position, state.velocity)
+                given = field, state.network.position, state.velocity
+                return ElementSolid(*given, state.parts_of(field))
             case "membranes":
                 return MembraneWall(field, state.velocity)
             case "volume":

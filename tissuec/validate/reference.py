@@ -19,7 +19,7 @@ from tissuec.core.structs import replace
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import LOAD_STEPS, Plan, ScheduledAction
-from tissuec.script.verbs import Action, LoggedEvent
+from tissuec.script.verbs import Action, LoggedEvent, after_cuts
 from tissuec.script.verbs.settle import Settle
 from tissuec.validate.equations import Equations, ErrorScales, overloaded
 from tissuec.validate.resting import rest
@@ -241,7 +241,7 @@ class ReferenceRun:
                 self.state.place_held()
                 rest(self.state, action.chosen(self.state))
             else:
-                action.apply(self.state, self.queue)
+                after_cuts(action, self.state).apply(self.state, self.queue)
         self.state.place_held()
         self.state.let_leak()
 

@@ -126,7 +126,7 @@ def dependences(compiled: Compiled, runs: Sequence[MeshRun]) -> list[Dependence]
 def _displacements(runs: Sequence[MeshRun]) -> list[Floats]:
     """Return displacements at the end [m] of the nodes that all meshes have, (node, 3) each."""
     drawn = _drawn(runs[0].network)
-    near, common = SAME_PLACE * largest_side(drawn[:, :3]), np.ones(len(drawn), dtype=bool)
+    near, common = SAME_PLACE * largest_side(drawn[:, :3]), drawn[:, 3] >= 0.0
     places: list[Indices] = []
     for one in runs:
         distance, place = KDTree(_drawn(one.network)).query(drawn)
@@ -141,11 +141,13 @@ def _displacements(runs: Sequence[MeshRun]) -> list[Floats]:
 def _drawn(network: Network) -> Floats:
     """Return the nodes of bodies as drawn, with the number of the body, shape (node, 4).
 
-    Bodies in contact may have nodes at the same place.
+    Bodies in contact may have nodes at the same place. Copies in reserve for cuts have -1.
     """
     number = np.zeros((network.body_nodes, 1))
     for k, body in enumerate(network.bodies):
         number[body.nodes] = k
+    for part in network.phantoms:
+        number[part.nodes] = -1.0
     return np.concatenate([network.position[: network.body_nodes], number], axis=1)
 
 

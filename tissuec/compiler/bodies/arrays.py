@@ -16,6 +16,7 @@ from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
 from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
+from tissuec.model.phantoms import NO_RESERVE, Reserve
 from tissuec.model.resistance import SurfaceFriction
 from tissuec.model.springs import Springs
 from tissuec.scene.model import Body
@@ -59,6 +60,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     breaking: Provenance | None = None  # origins of the limits of elements
     weighing: Floats | None = None
     element_region: Indices | None = None
+    reserve: Reserve = NO_RESERVE  # of the last nodes and elements
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end

@@ -77,11 +77,11 @@ def embedding_block(
     every.sort_indices()
     at = np.repeat(np.arange(len(embedded)), np.diff(every.indptr)), every.indices
     field = EmbeddedNodes(
-        embedded,
-        every.indptr.astype(np.int64),
-        every.indices.astype(np.int64),
-        np.asarray(weights[at]).ravel(),
-        np.asarray(shares[at]).ravel(),
+        first=every.indptr.astype(np.int64),
+        hosts=every.indices.astype(np.int64),
+        weights=np.asarray(weights[at]).ravel(),
+        nodes=embedded,
+        shares=np.asarray(shares[at]).ravel(),
     )
     shared = field.lumped(network.mass)
     if (shared[field.hosts] <= 0.0).any():

@@ -417,4 +417,4 @@ def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
 
 
 def _size(body: BodyPart) -> int:
-    return body.nodes.stop - body.nodes.start
+    return body.size.nodes

@@ -347,7 +347,8 @@ def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
     """W417: what is done to nodes that are fixed for good, and scenes of which all is fixed."""
     fixed, plan = fixed_since(compiled), compiled.plan
     fixes = [event.action for event in plan.events if isinstance(event.action, Fix)]
-    own = fixed[: compiled.network.body_nodes]
+    network = compiled.network
+    own = fixed[network.parents[: network.body_nodes]]
     if fixes and len(own) and not own.any():
         yield Diagnostic(
             "W417",

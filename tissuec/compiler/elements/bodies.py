@@ -88,9 +88,13 @@ class ElementReader:
         for number in part_numbers(self.part):
             self._refuse_springs(self.parts.materials[number])
 
-    def mass(self) -> Explained:
-        """Return the masses of nodes [kg], and where these come from."""
-        return self._mass(self._turning)
+    def mass(self, *, turns: bool = True) -> Explained:
+        """Return the masses of nodes [kg], and where these come from.
+
+        Args:
+            turns: Whether they have the moments of the elements.
+        """
+        return self._mass(self._turning if turns else self._lumped)
 
     def weights(self) -> Floats:
         """Return the weight of each node as a mass [kg], shape (node,)."""

@@ -13,15 +13,19 @@ from tissuec.scene.reading.findings import Findings
 from tissuec.script.verbs.cut_surface import Blade
 
 
-def build_elements(drawing: Drawing, findings: Findings, planes: Sequence[Blade]) -> BodyArrays:
+def build_elements(
+    drawing: Drawing, findings: Findings, planes: Sequence[Blade], *, is_cut: bool = False
+) -> BodyArrays:
     """Return the arrays of a body that is made of elements; see ``bodies.arrays``.
 
     Args:
         planes: Of symmetry of the scene.
+        is_cut: Whether the script cuts it. Then masses are those of the elements around nodes,
+            as those that have the moments of the whole are not those of its parts.
     """
     of_kind = MembraneReader if drawing.body.is_wall else ElementReader
     body, reader = drawing.body, of_kind(drawing, findings, planes)
-    (mass, origins), elements = reader.mass(), reader.elements()
+    (mass, origins), elements = reader.mass(turns=not is_cut), reader.elements()
     velocity = initial_velocity(drawing, mass)
     check_sizes(body, {"mass": mass, "velocity": velocity}, findings)
     return BodyArrays(

@@ -1,6 +1,6 @@
 """What breaks the elements of bodies that may rupture."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -34,17 +34,20 @@ CRUSHING = "crushing force"
 AT_TIPS = {"hexahedron": 0.3, "wedge": 0.25, "tetrahedron": 0.2, TRIANGLE: 0.23}
 
 
-def skin_elements(skin: NDArray[np.int32], blocks: Sequence[FieldBlock]) -> Indices | None:
+def skin_elements(
+    skin: NDArray[np.int32], blocks: Sequence[FieldBlock], cut: Collection[str] = ()
+) -> Indices | None:
     """Return the element that each triangle of a skin belongs to, as an entity, or -1.
 
-    The shape is (triangle,). None where no element may break.
+    The shape is (triangle,). None where no element may break or be divided.
 
     Args:
         skin: Corners, shape (triangle, 3).
         blocks: Of elements.
+        cut: Bodies whose elements may be divided.
     """
-    fields = (b.field for b in blocks if b.kind in OF_ELEMENTS)
-    able = [cast("PointField", field) for field in fields if field.limits is not None]
+    fields = [cast("PointField", b.field) for b in blocks if b.kind in OF_ELEMENTS]
+    able = [each for each in fields if each.limits is not None or each.name in cut]
     if not able:
         return None
     found = np.full(len(skin), -1)

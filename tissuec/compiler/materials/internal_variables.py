@@ -9,6 +9,7 @@ from tissuec.core.structs import replace
 from tissuec.model.blocks import OF_ELEMENTS, FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
 from tissuec.model.network import ELEMENTS, SPRINGS, Floats, Network
+from tissuec.model.phantoms import Phantoms
 
 Arrays = Mapping[str, Floats]
 
@@ -85,8 +86,13 @@ def with_element_memory(network: Network) -> Network:
         field = block.field.stored(first, fastest)
         first += len(field.internal_rows)
         stored.append(field.block)
+    phantoms: list[Phantoms] = []
+    for part in network.phantoms:
+        own = sum(len(b.field.internal_rows) for b in stored if b.field.name == part.body)
+        phantoms.append(replace(part, rows=slice(first, first + part.cuts * own)))
+        first += part.cuts * own
     known = network.with_internal(ELEMENTS, first - network.row_count)
-    return known.with_blocks(*stored)
+    return replace(known, phantoms=tuple(phantoms)).with_blocks(*stored)
 
 
 def _fastest(network: Network) -> float:

@@ -18,7 +18,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan
-from tissuec.script.verbs import ActionFailed, LoggedEvent
+from tissuec.script.verbs import ActionFailed, LoggedEvent, after_cuts
 from tissuec.script.verbs.tie import seized, slipped
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ class EventHandler:
         log = self.run_state.logged_events
         try:
             for action in queue.due(state.time):
-                for logged_event in action.apply(state, queue):
+                for logged_event in after_cuts(action, state).apply(state, queue):
                     self._log(logged_event)
         except ActionFailed as failure:
             self.failure = explain_action(

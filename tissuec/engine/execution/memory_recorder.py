@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event, EventSide
 
@@ -33,7 +34,7 @@ class MemoryRecording:
         self._rows: dict[str, list[tuple[NDArray[Any], ...]]] = {}
         self._alive: NDArray[np.bool_] = np.zeros(0, dtype=bool)
 
-    def topology(self, alive: NDArray[np.bool_]) -> None:
+    def topology(self, alive: NDArray[np.bool_], cut_cells: CutCells | None = None) -> None:
         """Set which springs exist in the frames to come, shape (spring,)."""
         self._alive = alive.copy()
 

@@ -26,6 +26,7 @@ from tissuec.engine.method import Samples
 from tissuec.engine.run_arrays import FLOOR, most_stored
 from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
+from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.fields import channels
 from tissuec.results.recording import (
@@ -68,8 +69,12 @@ class FrameWriter(Protocol):
             text.
     """
 
-    def topology(self, alive: NDArray[np.bool_]) -> None:
-        """Set which springs exist in the frames to come, shape (spring,)."""
+    def topology(self, alive: NDArray[np.bool_], cut_cells: CutCells | None = None) -> None:
+        """Set which entities exist in the frames to come, shape (entity,).
+
+        Args:
+            cut_cells: Parts of elements that were cut; None if there are no others than before.
+        """
         ...
 
     def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
@@ -234,7 +239,7 @@ class Recorder:
         self._judge.enter(state.time)
         if self._alive is None or not np.array_equal(self._alive, state.alive):
             self._alive = state.alive.copy()
-            self.writer.topology(self._alive)
+            self.writer.topology(self._alive, state.cut_cells)
         if not _are_same(self._holders, state.holders):
             self._holders = dict(state.holders)
             self.writer.holds(state.time, self._holders)

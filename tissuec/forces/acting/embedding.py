@@ -15,7 +15,7 @@ hand.
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,28 +25,73 @@ from tissuec.forces.acting.embedding_kernel import collect
 from tissuec.forces.acting.load import Load
 from tissuec.forces.fields import Field
 from tissuec.kernels.records import BoundaryConditions, EmbeddingTable
+from tissuec.model.cut_cells import WeightedSums
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix, csr_matrix
 
 
-class EmbeddedNodes(Field, frozen=True):
-    """Nodes that are embedded in others.
+class EmbeddedNodes(Field, WeightedSums, frozen=True):
+    """Nodes that are embedded in others, none of which is embedded itself.
 
     Attributes:
         nodes: Ascending, shape (n,).
-        first: Hosts of node k are hosts[first[k]:first[k + 1]], shape (n + 1,).
-        hosts: None of which is embedded, shape (host,).
-        weights: Dimensionless, shape (host,); those of a node add up to 1.
-        shares: Of masses, likewise.
+        shares: Of masses at each of the hosts, which add up to 1 likewise, shape (host,).
     """
 
     nodes: Indices
-    first: Indices
-    hosts: Indices
-    weights: Floats
     shares: Floats
+
+    @classmethod
+    def alone(cls, nodes: Indices, hosts: Indices) -> Self:
+        """Return nodes that have a single host each, shape (n,) each."""
+        ones = np.ones(len(nodes))
+        first = np.arange(len(nodes) + 1)
+        return cls(nodes=nodes, first=first, hosts=hosts, weights=ones, shares=ones)
+
+    def beside(self, others: "EmbeddedNodes") -> Self:
+        """Return these and others, with single hosts, which follow these where hosts do.
+
+        Args:
+            others: With greater numbers than all of these.
+        """
+        order = np.argsort(self.nodes)
+        at = np.searchsorted(self.nodes, others.hosts, sorter=order)
+        own = order[np.minimum(at, len(self.nodes) - 1)]
+        follows = self.nodes[own] == others.hosts
+        parts = [
+            np.arange(*self.first[k : k + 2]) if is_one else None
+            for k, is_one in zip(own, follows, strict=True)
+        ]
+        counts = [1 if part is None else len(part) for part in parts]
+
+        def joined(mine: NDArray[Any], single: NDArray[Any]) -> NDArray[Any]:
+            more = [
+                single[k : k + 1] if part is None else mine[part]
+                for k, part in enumerate(parts)
+            ]
+            return np.concatenate([mine, *more])
+
+        return type(self)(
+            nodes=np.concatenate([self.nodes, others.nodes]),
+            first=np.concatenate([self.first, self.first[-1] + np.cumsum(counts)]),
+            hosts=joined(self.hosts, others.hosts),
+            weights=joined(self.weights, others.weights),
+            shares=joined(self.shares, others.shares),
+        )
+
+    def without(self, nodes: Indices) -> Self:
+        """Return these without some nodes, shape (n,)."""
+        stays = ~np.isin(self.nodes, nodes)
+        own = stays[self.owners]
+        return type(self)(
+            nodes=self.nodes[stays],
+            first=np.append(0, np.cumsum(self.counts[stays])),
+            hosts=self.hosts[own],
+            weights=self.weights[own],
+            shares=self.shares[own],
+        )
 
     @property
     def kernel(self) -> Callable[..., None]:
@@ -60,23 +105,9 @@ class EmbeddedNodes(Field, frozen=True):
         return EmbeddingTable(place[self.nodes], self.first, place[self.hosts], self.weights)
 
     @property
-    def owners(self) -> Indices:
-        """Return the number among ``nodes`` that each of the hosts has, shape (host,)."""
-        return np.repeat(np.arange(len(self.nodes)), np.diff(self.first))
-
-    @property
     def neighbours(self) -> Indices:
         """Return the first host of a node beside each of its hosts, shape (host, 2)."""
         return np.stack([self.hosts[self.first[:-1]][self.owners], self.hosts], axis=1)
-
-    def weighted(self, values: Floats) -> Floats:
-        """Return the sums of values of hosts, in any unit, shape (n, …).
-
-        Args:
-            values: Of all nodes, shape (node, …).
-        """
-        weights = self.weights.reshape(-1, *(1,) * (values.ndim - 1))
-        return np.add.reduceat(weights * values[self.hosts], self.first[:-1], axis=0)
 
     def follow(self, vectors: Floats) -> None:
         """Set the vectors of embedded nodes to the sums of those of their hosts.

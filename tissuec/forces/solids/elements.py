@@ -108,6 +108,7 @@ class SolidElements(PointField, frozen=True):
     """
 
     at_once: ClassVar[int] = 512
+    is_cut: ClassVar[bool] = False  # whether they are parts of cells
     columns: ClassVar[tuple[str, ...]] = (*PointField.columns, "row", "bulk", "local")
     parts: ClassVar[tuple[str, ...]] = (*PointField.parts, "prestretch")
     traced: ClassVar[Tracing] = staticmethod(traced_point)

@@ -133,9 +133,11 @@ class Motion:
         """
         order = self.order
         gradient = np.zeros(order.size)
-        due = NodeState(*np.zeros((3, by_x.shape[1])))
         assert self._last is not None, "forward comes first"
         act, trail = self._last
+        size = trail.states.x.shape[1]
+        by_x, by_v = _with_rows(by_x, size), _with_rows(by_v, size)
+        due = NodeState(*np.zeros((3, size)))
         by = act.leg.nothing
         for number in range(len(self.stretches) - 1, -1, -1):
             stretch = self.stretches[number]
@@ -310,6 +312,19 @@ def _look(trail: StepStates, between: Interpolation, found: SampledStates) -> No
         into[between.samples] = sum(
             w[:, None] * part for w, part in zip(weights, four, strict=True)
         )
+
+
+def _with_rows(by: Floats, size: int) -> Floats:
+    """Return derivatives by states of nodes with 0 for internal variables behind them.
+
+    Args:
+        by: In any unit, shape (sample, 3 node) or (sample, 3 row).
+        size: Of a state.
+
+    Returns:
+        In the same unit, shape (sample, size).
+    """
+    return np.pad(by, ((0, 0), (0, size - by.shape[1])))
 
 
 def _enter(

@@ -116,7 +116,10 @@ def memory_numbers(inelastic: Inelastic | None) -> Floats:
 
 
 def internal_rows(network: Network) -> Indices:
-    """Return the rows of what springs and elements remember, see ``Network.internal``."""
+    """Return the rows of what springs and elements remember, shape (row,).
+
+    See ``Network.internal``.
+    """
     return np.concatenate([network.remembering(name) for name in (SPRINGS, ELEMENTS)])
 
 

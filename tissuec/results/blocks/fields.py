@@ -7,7 +7,7 @@ which blocks files link to or copy instead of computing it again.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -20,7 +20,7 @@ from tissuec.results import access
 from tissuec.results.blocks.anatomy import Anatomy
 from tissuec.results.blocks.layout import Cloud, Kind, own_elements
 from tissuec.results.fields import FieldChannel
-from tissuec.results.frame_columns import POINTS, VELOCITY, column_of
+from tissuec.results.frame_columns import MOTION, POINTS, VELOCITY, column_of
 from tissuec.results.schema import FRAMES, SOLIDS
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.volume_cells import mean_at
@@ -38,6 +38,8 @@ class Facts:
         bodies: Names of bodies and, behind them, of tools.
         tissues: Names of tissues, as far as they are known.
         labels: Which labels solid elements have.
+        drawn: Positions of nodes and riding points before the run [m], shape (point, 3).
+        hosts: Each node, and the main host of each riding point, shape (point,).
     """
 
     def __init__(
@@ -56,6 +58,10 @@ class Facts:
         self.tissues: Sequence[str] = () if anatomy is None else anatomy.tissues
         if (kept := SOLIDS["tissue_names"].path) in trajectory.content:
             self.tissues = access.texts(trajectory.content, kept)
+        self.drawn, self.hosts = self.network.position, np.arange(self.network.node_count)
+        if (cut := trajectory.cut_cells) is not None:
+            self.drawn = cut.points.beside(self.drawn)
+            self.hosts = np.concatenate([self.hosts, cut.points.main_hosts])
         self._around: dict[int, tuple[Indices, Surroundings]] = {}
 
     def around(self, cloud: Cloud, lines: Indices) -> Surroundings:
@@ -68,7 +74,7 @@ class Facts:
         assert cloud.matter is not None
         known = self._around.get(cloud.number)
         if known is None or not np.array_equal(known[0], lines):
-            nodes = cloud.nodes[0]
+            nodes = cloud.nodes[0][cloud.nodes[0] < self.network.node_count]
             ends = self.network.line_ends[lines].astype(np.int64) - nodes[0]
             drawn = self.network.position[nodes]
             known = lines, Surroundings.of(drawn, ends, cloud.matter.dimension)
@@ -82,7 +88,7 @@ class Moment:
     Attributes:
         facts: What does not change.
         cloud: The cloud.
-        nodes: Network numbers of its points, shape (point,).
+        nodes: Network numbers of its points, continued by riding points, shape (point,).
         lines: Network numbers of its springs and edges that exist, ascending, shape (line,).
         position: [m], shape (point, 3).
         velocity: [m/s], shape (point, 3); without rows of tools.
@@ -130,20 +136,38 @@ class Moment:
         """The lines around the nodes of a body with matter."""
         return self.facts.around(self.cloud, self.lines[self._bearing])
 
+    @property
+    def hosts(self) -> Indices:
+        """The node that stands for each of its points, shape (point,)."""
+        return self.facts.hosts[self.nodes]
+
+    def at_points(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return numbers of nodes, in their unit, then NaN at riding points, shape (point, …).
+
+        Args:
+            values: Shape (node, …).
+        """
+        return _padded(values, len(self.nodes))
+
     @cached_property
     def strain(self) -> tuple[Floats, Floats]:
-        """Strain, shape (point, 6), and volume ratio, shape (point,), both without a unit."""
-        return self.around.strain(self.position)
+        """Strain, shape (node, 6), and volume ratio, shape (node,), both without a unit."""
+        return self.around.strain(self.position[self.nodes < self.network.node_count])
 
     @cached_property
     def of_elements(self) -> tuple[Floats, Floats]:
-        """Strain, without a unit, and stress [Pa] of elements, shape (element, 6) each."""
+        """Strain, without a unit, and stress [Pa] of elements, shape (cell, 6) each.
+
+        That of parts of cut elements, which the scene does not contain, is NaN.
+        """
         assert self.cloud.matter is not None
-        return self.cloud.matter.of_elements(self.whole, self.network.position, self.alive)
+        found = self.cloud.matter.of_elements(self.whole, self.network.position, self.alive)
+        strain, stress = (_padded(one, len(self.recorded["region"])) for one in found)
+        return strain, stress
 
     @cached_property
     def stress(self) -> Floats:
-        """Stress of a body with matter [Pa], shape (point, 6)."""
+        """Stress of a body with matter [Pa], shape (node, 6)."""
         matter = self.cloud.matter
         assert matter is not None
         if matter.elements:
@@ -174,23 +198,22 @@ class CloudMoments:
 
     def __init__(self, trajectory: Trajectory, facts: Facts, clouds: Sequence[Cloud]):
         self._trajectory, self._facts, self._clouds = trajectory, facts, clouds
-        self._rows = np.zeros(facts.network.node_count, dtype=np.int64)
-        self._rows[trajectory.nodes] = np.arange(len(trajectory.nodes))
+        self._rows = np.zeros(len(facts.hosts), dtype=np.int64)
+        self._rows[trajectory.mesh.numbers_of_points] = np.arange(trajectory.mesh.points)
 
     def at(self, frame: int) -> Iterator[Moment]:
         """Yield the moments of all clouds in a frame, in their order."""
         trajectory, network = self._trajectory, self._facts.network
         position, velocity = (
-            np.asarray(one[frame], dtype=float)
-            for one in (trajectory.position, trajectory.velocity)
+            np.asarray(trajectory.at_points(one, frame), dtype=float) for one in MOTION
         )
         drawing = trajectory.drawing(frame)
         drawn, grid, mesh = drawing.cells, drawing.grid, drawing.mesh
         numbers = {one: self._numbers(one, frame) for one in trajectory.channels}
-        whole = position
-        if len(position) < network.body_nodes:
+        whole = position[: len(trajectory.nodes)]
+        if len(whole) < network.body_nodes:
             whole = np.zeros((network.body_nodes, 3))
-            whole[trajectory.nodes] = position
+            whole[trajectory.nodes] = position[: len(trajectory.nodes)]
         for cloud in self._clouds:
             nodes = cloud.nodes[int(cloud.of_frame[frame])]
             if cloud.mesh is not None:
@@ -198,7 +221,7 @@ class CloudMoments:
                 places = cloud.mesh.at(frame)
                 yield Moment(self._facts, cloud, nodes, none, places, still, {}, whole)
                 continue
-            at, row = self._rows[nodes], np.full(len(trajectory.nodes), -1)
+            at, row = self._rows[nodes], np.full(mesh.points, -1)
             row[at] = np.arange(len(at))
             ends = cloud.lines.start, cloud.lines.stop
             own = slice(*np.searchsorted(drawn.line_numbers, ends))
@@ -274,12 +297,12 @@ class BlockField(Struct, frozen=True):
 
 
 def _displacement(moment: Moment) -> Values:
-    return moment.position - moment.network.position[moment.nodes]
+    return moment.position - moment.facts.drawn[moment.nodes]
 
 
 def _tissue(moment: Moment) -> Values:
     assert moment.facts.anatomy is not None
-    return moment.facts.anatomy.tissue[moment.nodes]
+    return moment.facts.anatomy.tissue[moment.hosts]
 
 
 def _label(
@@ -293,12 +316,19 @@ def _label(
     )  # fmt: skip
 
 
+def _padded(values: NDArray[Any], count: int) -> NDArray[Any]:
+    """Return numbers with so many rows, NaN where there are none."""
+    if len(values) == count:
+        return values
+    return np.concatenate([values, np.full((count - len(values), *values.shape[1:]), np.nan)])
+
+
 def _body(moment: Moment) -> Values:
     """Return the number of the body; of the points of a joint and a grip, that of the node."""
     stops = [body.nodes.stop for body in moment.network.bodies]
     if moment.cloud.kind == "tool":
         return np.full(len(moment.nodes), moment.cloud.number)
-    return np.searchsorted(stops, moment.nodes, side="right")
+    return np.searchsorted(stops, moment.hosts, side="right")
 
 
 def _elongation(moment: Moment) -> Values:
@@ -321,21 +351,21 @@ DERIVED: tuple[BlockField, ...] = (
     BlockField(
         "strain", "", 6, "points", ("body",),
         "Green-Lagrange strain of the springs around each node: xx, yy, zz, xy, yz, xz",
-        lambda m: m.strain[0], needs="matter",
+        lambda m: m.at_points(m.strain[0]), needs="matter",
     ),
     BlockField(
         "strain_directions", "", 1, "points", ("body",),
         "in how many directions the strain of each node is known; it is 0 in the others",
-        lambda m: m.around.directions, whole=True, needs="matter",
+        lambda m: np.nan_to_num(m.at_points(m.around.directions)), whole=True, needs="matter",
     ),
     BlockField(
         "stress", "Pa", 6, "points", ("body",),
         "Cauchy stress by the virial of each node: xx, yy, zz, xy, yz, xz",
-        lambda m: m.stress, needs="matter",
+        lambda m: m.at_points(m.stress), needs="matter",
     ),
     BlockField(
         "von_mises", "Pa", 1, "points", ("body",), "equivalent stress of von Mises",
-        lambda m: von_mises(m.stress), needs="matter",
+        lambda m: m.at_points(von_mises(m.stress)), needs="matter",
     ),
     BlockField(
         "strain", "", 6, "elements", BODY,
@@ -353,7 +383,7 @@ DERIVED: tuple[BlockField, ...] = (
     ),
     BlockField(
         "region", "", 1, "points", NODES, "number of the region; 0: none",
-        lambda m: m.facts.region[m.nodes],
+        lambda m: m.facts.region[m.hosts],
         changes=False, whole=True, names=lambda facts: facts.regions,
     ),
     BlockField(
@@ -370,7 +400,10 @@ DERIVED: tuple[BlockField, ...] = (
     ),
     BlockField(
         "node_id", "", 1, "points", NODES, "id of the node in the scene",
-        lambda m: m.network.node_ids[m.nodes], changes=False, whole=True,
+        lambda m: np.where(
+            m.nodes < m.network.node_count, m.network.node_ids[m.hosts], -1
+        ),
+        changes=False, whole=True,
     ),
     BlockField(
         "strain", "", 1, "lines", SPRINGS,

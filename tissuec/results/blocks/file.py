@@ -366,7 +366,8 @@ class _BlocksWriter:
         row = int(np.searchsorted(shown, begin))
         if not np.array_equal(shown[row : row + len(nodes)], nodes):
             return None
-        return path, np.arange(self.frames) * len(shown) + row
+        starts = access.array(self.trajectory.content, f"{ROOT}/Steps/PointOffsets")
+        return path, starts[: self.frames] + row
 
     def _share(self, group: h5py.Group, name: str, path: str) -> None:
         """Add a dataset or group of the result under another name."""

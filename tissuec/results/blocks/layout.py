@@ -34,8 +34,8 @@ class Cloud(Struct, frozen=True, eq=False):
         kind: "body", "joint", "tool" for what is seen of one, "grip" for the nodes that one
             without a shape holds.
         number: Among the bodies and, behind them, the tools; of a joint -1.
-        nodes: Network numbers of the points while they are the same, shape (point,) each; of
-            tools, from 0 on.
+        nodes: Network numbers of the points while they are the same, continued by those of
+            riding points, shape (point,) each; of tools, from 0 on.
         of_frame: Which of ``nodes`` are shown in each frame, shape (frame,).
         lines: Range of the springs or edges of elements that belong to it.
         matter: Where strain and stress are known.
@@ -157,7 +157,7 @@ def _parts(cloud: Cloud, mesh: RecordedMesh) -> Sequence[tuple[Draws, str]]:
     if cloud.kind != "body" or cloud.name in mesh.network.threads:
         return (("Lines", ""),)
     parts: list[tuple[Draws, str]] = [("Polygons", "skin"), ("Vertices", "nodes")]
-    if np.isin(mesh.nodes[mesh.solids.firsts], cloud.nodes[0]).any():
+    if np.isin(mesh.numbers_of_points[mesh.solids.firsts], cloud.nodes[0]).any():
         return [("Solids", "solid"), *parts]
     return (
         parts
@@ -210,9 +210,10 @@ class _Drawing:
             return Piece(len(nodes), held, springs, 0)
         assert drawing is not None
         grid, mesh = drawing.grid, drawing.mesh
-        row = np.full(mesh.network.node_count, -1)
+        numbers = mesh.numbers_of_points
+        row = np.full(int(max(numbers.max(), nodes.max(initial=0))) + 1, -1)
         row[nodes] = np.arange(len(nodes))
-        row = row[mesh.nodes]
+        row = row[numbers]
         if self.draws == "Lines":
             every = mesh.springs[grid.items["spring"]]
             within = self.cloud.lines.start, self.cloud.lines.stop
@@ -222,6 +223,8 @@ class _Drawing:
         else:
             at = _PLACES.get(self.draws)
             rows = grid.rows[at] if at else slice(0, grid.rows["spring"].start)
+            if at == "triangle" and not mesh.with_skin:  # also those of parts, without numbers
+                rows = slice(rows.start, grid.rows["element"].start)
             own = np.arange(rows.start, rows.stop)
             own = own[row[grid.points[grid.ends[own]]] >= 0]
         has_numbers = self.draws in ("Lines", "Solids") and len(own)
@@ -234,7 +237,7 @@ def own_elements(drawing: DrawnMesh, row: Indices) -> Indices:
 
     Args:
         drawing: What exists.
-        row: The point of the cloud of each recorded node, or -1, shape (node,).
+        row: The point of the cloud of each point of frames, or -1, shape (point,).
     """
     elements = drawing.mesh.solids.some(drawing.cells.elements)
     return np.flatnonzero(row[elements.firsts] >= 0)
@@ -249,8 +252,8 @@ def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:
         if high > low:
             is_whole = high - low == body.nodes.stop - body.nodes.start
             own = matter.get(body.name) if is_whole else None
-            nodes = (shown[low:high],)
-            yield Cloud(body.name, "body", number, nodes, always, body.lines, own)
+            nodes, of_frame = _with_riding(trajectory, shown[low:high])
+            yield Cloud(body.name, "body", number, nodes, of_frame, body.lines, own)
     for joint in network.joints:
         springs = np.intersect1d(numbers_in(joint.springs), trajectory.springs)
         if len(springs):
@@ -263,6 +266,23 @@ def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:
         grip = _grip(trajectory, mesh.name, number)
         if any(map(len, grip.nodes)):
             yield grip
+
+
+def _with_riding(trajectory: Trajectory, nodes: Indices) -> tuple[tuple[Indices, ...], Indices]:
+    """Return the points of a body as more and more elements are cut, and those of each frame.
+
+    Args:
+        nodes: The recorded nodes of the body, ascending, shape (node,).
+    """
+    mesh, frames = trajectory.mesh, len(trajectory.times)
+    if mesh.cut is None:
+        return (nodes,), np.zeros(frames, dtype=np.int64)
+    count, riding = len(mesh.nodes), mesh.numbers_of_points[len(mesh.nodes) :]
+    own = np.isin(mesh.representatives[count:], nodes)
+    counts = np.cumsum(np.append(0, own))
+    points = [trajectory.cells(frame).points - count for frame in range(frames)]
+    shown, of_frame = np.unique(counts[points], return_inverse=True)
+    return tuple(np.append(nodes, riding[own][:n]) for n in shown), of_frame.reshape(-1)
 
 
 def _grip(trajectory: Trajectory, name: str, number: int) -> Cloud:

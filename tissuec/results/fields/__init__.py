@@ -16,7 +16,8 @@ from tissuec.core.names import key_of
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension, si_unit
 from tissuec.forces.acting import FORCES, ForceOutput
-from tissuec.model.network import Floats, Indices
+from tissuec.model.cut_cells import solid_entities
+from tissuec.model.network import Floats
 from tissuec.script.measures import Subject
 from tissuec.script.measures.snapshot import Snapshot
 
@@ -64,7 +65,7 @@ class FrameField:
         Returns:
             Numbers of shape (…, node), (…, node, 3), (…, spring), (…, triangle of the skin of
             the network), (…, cell) of the volumes that are preserved then, see
-            ``over_cells``, or (…, element) of all solid elements, block after block.
+            ``over_cells``, or (…, element) of all ``solid_entities``.
         """
         raise NotImplementedError
 
@@ -94,12 +95,13 @@ class FrameField:
             own = inside[state.network.skin].all(axis=1)
             return numbers[..., own], np.ones(int(own.sum()))
         if cls.at == "element":
-            every = state.of_kind("elements")
-            own = [inside[each.nodes].all(axis=1) for each in every]
-            chosen = np.concatenate([np.zeros(0, dtype=bool), *own])
-            chosen[[*lost_elements(snapshot)]] = False
-            volume = np.concatenate([np.zeros(0), *(each.volume for each in every)])
-            return numbers[..., chosen], volume[chosen]
+            entities = solid_entities(state.network)
+            volume = np.zeros(state.network.entity_count)
+            for each in state.of_kind("elements"):
+                own = inside[each.nodes].all(axis=1) & state.alive[each.walls]
+                volume[each.walls[own]] = each.volume[own]
+            chosen = volume[entities] > 0.0
+            return numbers[..., chosen], volume[entities[chosen]]
         cells = [each for each in state.enclosures.values() if each.item_count]
         own = [
             np.logical_and.reduceat(inside[c.corners].all(axis=1), c.first[:-1]) for c in cells
@@ -107,15 +109,6 @@ class FrameField:
         chosen = np.concatenate([np.zeros(0, dtype=bool), *own])
         volume = np.concatenate([np.zeros(0), *(each.drawn for each in cells)])
         return numbers[..., chosen], volume[chosen]
-
-
-def lost_elements(snapshot: Snapshot) -> Indices:
-    """Return the solid elements that are gone, by their numbers among all, shape (n,)."""
-    first, found = 0, [np.zeros(0, dtype=np.int64)]
-    for each in snapshot.state.of_kind("elements"):
-        found.append(each.lost_items(snapshot.state.alive) + first)
-        first += each.item_count
-    return np.concatenate(found)
 
 
 def magnitudes(numbers: Floats) -> Floats:
@@ -235,6 +228,11 @@ class FieldChannel(Struct, frozen=True):
     def row(self) -> tuple[int, ...]:
         """Return the shape of the numbers at one place."""
         return (self.width,) if self.width > 1 else ()
+
+    @property
+    def adds_up(self) -> bool:
+        """Return whether numbers at nodes add up, as forces do, and have no values between."""
+        return self.unit == "N"
 
     @property
     def at_nodes(self) -> str:

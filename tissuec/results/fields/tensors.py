@@ -6,6 +6,7 @@ import numpy as np
 
 from tissuec.core import units
 from tissuec.mechanics.deformation import six
+from tissuec.model.cut_cells import solid_entities
 from tissuec.model.network import Floats
 from tissuec.results.fields import FIELDS, FrameField
 from tissuec.script.measures.snapshot import Snapshot
@@ -32,22 +33,20 @@ class TensorOfElements(FrameField):
     @classmethod
     def sample(cls, snapshot: Snapshot) -> Floats:
         state, every = snapshot.state, snapshot.state.of_kind("elements")
-        count = sum(each.item_count for each in every)
-        found = np.zeros((*np.shape(snapshot.time), count, 6))
+        entities = solid_entities(state.network)
+        at = np.zeros(state.network.entity_count, dtype=np.int64)
+        at[entities] = np.arange(len(entities))
+        found = np.zeros((*np.shape(snapshot.time), len(entities), 6))
         position, velocity = (
             one.reshape(-1, *one.shape[-2:]) for one in (snapshot.position, snapshot.velocity)
         )
         drawn = state.network.position
-        rows = found.reshape(len(position), count, 6)
+        rows = found.reshape(len(position), len(entities), 6)
         for row, places, speeds in zip(rows, position, velocity, strict=True):
-            first = 0
             for each in every:
-                there = np.setdiff1d(
-                    np.arange(each.item_count), each.lost_items(state.alive), assume_unique=True
-                )
+                there = np.flatnonzero(state.alive[each.walls])
                 own = each.recalling(speeds).only(there)
-                row[first + there] = six(cls.numbers(own, places, drawn))
-                first += each.item_count
+                row[at[each.walls[there]]] = six(cls.numbers(own, places, drawn))
         return found
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.arrays import distinct, dot
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Indices
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.common import ScalarMeasure, VectorMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
@@ -69,7 +69,8 @@ CHUNK = 64  # points compared at a time with those ahead: small beside the cache
 class Gap(ScalarMeasure):
     """The smallest distance between nodes of A in different pieces of the net.
 
-    0 as long as A is in one piece.
+    Of solids that blades have divided, corners of the faces of cuts count, too. 0 as long as A
+    is in one piece.
     """
 
     form = "gap(A)"
@@ -80,9 +81,36 @@ class Gap(ScalarMeasure):
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         nodes = snapshot.nodes(subjects[0])
         position, piece = snapshot.position[..., nodes, :], snapshot.pieces[nodes]
+        if snapshot.state.cut_cells is not None:
+            position, piece = _of_matter(snapshot, nodes)
         before = position.shape[:-2]
         states = position.reshape(math.prod(before), *position.shape[-2:])
         return one_column(smallest_gaps(states, piece).reshape(before), snapshot)
+
+
+def _of_matter(snapshot: Snapshot, nodes: Indices) -> tuple[Floats, NDArray[np.int32]]:
+    """Return places of nodes with matter and of corners of parts, and the piece of each.
+
+    Copies of nodes are beyond the cut that they are made by, where there is no matter.
+
+    Args:
+        nodes: With their copies, shape (n,).
+    """
+    state, cut = snapshot.state, snapshot.state.cut_cells
+    assert cut is not None
+    chosen = np.zeros(cut.nodes, dtype=bool)
+    chosen[nodes] = True
+    corners = cut.corners[state.alive[cut.owners]]
+    points = distinct(corners[corners >= cut.nodes]) - cut.nodes
+    hosts = cut.points.hosts[cut.points.first[points]]
+    points, hosts = points[chosen[hosts]], hosts[chosen[hosts]]
+    drawn = nodes[state.network.parents[nodes] == nodes]
+    of_points = cut.points.weighted(np.moveaxis(snapshot.position, -2, 0))[points]
+    places = [snapshot.position[..., drawn, :], np.moveaxis(of_points, 0, -2)]
+    return (
+        np.concatenate(places, axis=-2),
+        np.concatenate([snapshot.pieces[drawn], snapshot.pieces[hosts]]),
+    )
 
 
 def smallest_gaps(states: Floats, piece: NDArray[np.int32]) -> Floats:

@@ -113,6 +113,10 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
         network = self.state.network
         own = network.of_bodies  # joints hold pieces together, and leave them pieces
         ends, alive = network.line_ends[own], self.state.alive_lines[own]
+        if self.state.is_cut:
+            of_springs = own & (np.arange(network.line_count) < network.spring_count)
+            springs = network.line_ends[of_springs & self.state.alive_lines]
+            ends, alive = np.concatenate([springs, self.state.joined_pairs]), None
         return topology.pieces(network.node_count, ends, alive)
 
     @cached_property
@@ -122,8 +126,10 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
 
     def nodes(self, subject: "Subject") -> Indices:
         """Return the nodes of a subject, shape (n,); for a tool, those that it holds now."""
-        if subject.nodes is not None:
+        if subject.weights is not None and subject.nodes is not None:
             return subject.nodes
+        if subject.nodes is not None:
+            return self.state.with_copies(subject.nodes)
         return self.state.holders.get(subject.name, _NOTHING)
 
     def mean(self, subject: "Subject", at_nodes: Floats) -> Floats:

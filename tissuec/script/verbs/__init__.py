@@ -8,13 +8,14 @@ checks need before a run: ``Demanding``, ``Breaking`` and ``Shifting`` here, and
 """
 
 from collections.abc import Sequence
-from typing import NoReturn, Protocol, TypeGuard, TypeVar, runtime_checkable
+from typing import Any, NoReturn, Protocol, Self, TypeGuard, TypeVar, runtime_checkable
 
 import numpy as np
 from msgspec import Struct
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 
@@ -141,10 +142,22 @@ class ActionFailed(Exception):
 
 
 class Group(Struct, frozen=True, eq=False):
-    """Nodes or springs under a name: a set or a whole body."""
+    """Nodes or lines under a name: a set or a whole body.
+
+    Attributes:
+        indices: Ascending, shape (n,).
+        are_lines: Whether they are springs and edges of elements.
+    """
 
     name: str
-    indices: Indices  # ascending
+    indices: Indices
+    are_lines: bool = False
+
+    def after_cuts(self, state: State) -> Self:
+        """Return it with the copies of its nodes that cuts have made."""
+        if self.are_lines:
+            return self
+        return replace(self, indices=state.with_copies(self.indices))
 
 
 class Mover(Struct, frozen=True, eq=False):
@@ -152,6 +165,25 @@ class Mover(Struct, frozen=True, eq=False):
 
     name: str
     nodes: Indices | None
+
+    def after_cuts(self, state: State) -> Self:
+        """Return it with the copies of its nodes that cuts have made."""
+        return (
+            self if self.nodes is None else replace(self, nodes=state.with_copies(self.nodes))
+        )
+
+
+def after_cuts(action: Action, state: State) -> Action:
+    """Return an action on the copies, too, that cuts have made of its nodes."""
+    if not (isinstance(action, Struct) and state.is_cut):
+        return action
+    own: dict[str, Any] = {name: getattr(action, name) for name in action.__struct_fields__}
+    changed = {
+        name: each.after_cuts(state)
+        for name, each in own.items()
+        if isinstance(each, Group | Mover)
+    }
+    return replace(action, **changed) if changed else action
 
 
 class Order(Protocol):

@@ -26,7 +26,7 @@ from tissuec.script.parts import (
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.cut_surface import ON_PLANE, Blade, cut_surface, plane, strip, stroke
 from tissuec.script.verbs.holding import sentence
-from tissuec.script.verbs.motion import schedule
+from tissuec.script.verbs.motion import schedule, when
 
 OfBody = Annotated[Group, SubjectPart("springs", (BODY,))]
 SCISSORS = "scissors"  # the kind of tool that can be named in a cut
@@ -146,18 +146,23 @@ def _refuse_interval(duration: float | None, order: Order) -> None:
 
 @VERBS.member("cut")
 class Cut(Struct, frozen=True):
-    """Removes springs permanently: those of a set, or those of a body that a blade crosses now.
+    """Cuts springs of a set, or what a blade crosses of a body now, permanently.
+
+    Springs are removed. Elements of solids are divided where the blade is, unless they are
+    quadratic or can break: these, and elements of walls, are removed if an edge of them is
+    cut.
 
     ``along plane`` is an infinite plane. ``along stroke`` is the parallelogram that the edge
     between two points sweeps by a vector. ``along line`` is a strip of the plane that faces the
     given direction: the part between both ends of the line, infinite at right angles to it. A
     node on the blade counts as in front of it. Without ``along``, all springs of the set are
-    cut. The tool after ``with`` must be scissors and is recorded in the event log. If no spring
+    cut. The tool after ``with`` must be scissors and is recorded in the event log. If nothing
     crosses the blade, nothing changes, and a note says so.
 
     Over an interval, the blades close along the line, or along the edge of the stroke, from its
-    first point to its second. Springs are cut in the order of their positions at the beginning
-    of the cut; the remaining ones at its end. The force that this needs acts on the scissors.
+    first point to its second. Springs are cut, and elements divided, in the order of their
+    positions at the beginning of the cut; springs that come in the way later at its end. The
+    force that this needs acts on the scissors.
     """
 
     meant: ClassVar[str] = "slice incise transect divide sever snip resect"
@@ -176,6 +181,12 @@ class Cut(Struct, frozen=True):
     tool: str = ""
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        name, blade = self.group.name, self.blade
+        if blade is not None and state.network.phantoms_of(name) is not None:
+            from tissuec.script.dividing import SolidCut  # where there are solids
+
+            known = name, blade, self.profile, self.duration, self.span, self.tool
+            return SolidCut(*known).apply(state, queue)
         if self.profile is not None:
             return self._begin(self.profile, state, queue)
         lines, _ = self.found(state)
@@ -248,19 +259,3 @@ def sever(state: State, lines: Indices, cut: Cut) -> LoggedEvent:
             text = f"{text} ({area}, {energy})"
     state.lose(lines)
     return LoggedEvent("cut", tuple(lines.tolist()), text, cut.span)
-
-
-def when(profile: TimeProfile, share: float, start: float, stop: float) -> float:
-    """Return the time at which a profile that rises from 0 to 1 reaches a share [s].
-
-    The time is found by bisection.
-
-    Args:
-        share: Value to be reached, 0 to 1.
-        start: Time before it [s].
-        stop: Time after it [s].
-    """
-    for _ in range(60):
-        middle = 0.5 * (start + stop)
-        start, stop = (middle, stop) if profile.at(middle)[0] < share else (start, middle)
-    return stop

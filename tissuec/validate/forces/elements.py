@@ -17,6 +17,7 @@ from scipy.linalg import expm
 from tissuec.validate.forces import ForceFormula, assembled
 from tissuec.validate.forces.bending_cells import BendingCells
 from tissuec.validate.forces.bending_wedges import BendingWedges
+from tissuec.validate.forces.cut_elements import point_measures
 from tissuec.validate.forces.relaxing import PlasticElements, RelaxingElements
 from tissuec.validate.forces.solid_laws import SolidLaws
 
@@ -61,11 +62,13 @@ class ElementSolid(ForceFormula):
         drawn: Places of all nodes as drawn [m], shape (node, 3).
         velocity: Of all nodes [m/s], followed by internal variables, which give the plastic
             strain of the elements, which ``matrix`` uses.
+        parts: Of cells, where blades have divided them, in the order of the elements.
     """
 
     def __init__(
-        self, elements: "SolidElements", drawn: Floats, velocity: Floats | None = None
-    ):
+        self, elements: "SolidElements", drawn: Floats, velocity: Floats | None = None,
+        parts: Any = None,
+    ):  # fmt: skip
         self._nodes = elements.nodes
         self._shear = elements.shear[:, None]
         self._bulk = elements.bulk
@@ -83,18 +86,25 @@ class ElementSolid(ForceFormula):
         self._velocity = np.zeros_like(drawn) if velocity is None else velocity
         points, weights, exponents, corners = RULES[elements.shape.name]()
         own: NDArray[np.floating[Any]] = np.linalg.inv(_monomials(corners, exponents))
-        natural = np.einsum("qmk,ma->qak", _slopes(points, exponents), own)
-        sides = np.einsum("eax,qak->eqxk", drawn[self._nodes], natural)
-        inward = np.asarray(np.linalg.inv(sides), dtype=float)
-        self._slope = np.einsum("qak,eqkx->eqax", natural, inward)
-        self._weight = np.linalg.det(sides) * weights
+
+        def natural(places: Floats) -> Floats:
+            return np.einsum("qmk,ma->qak", _slopes(places, exponents), own)
+
+        if parts is None:
+            sides = np.einsum("eax,qak->eqxk", drawn[self._nodes], natural(points))
+            inward = np.asarray(np.linalg.inv(sides), dtype=float)
+            self._slope = np.einsum("qak,eqkx->eqax", natural(points), inward)
+            self._weight = np.linalg.det(sides) * weights
+        else:
+            given = parts, points, drawn[self._nodes], natural
+            self._slope, self._weight = point_measures(*given)
         self._volume = self._weight.sum(axis=1)
         self._drawn = None if elements.prestretch is None else drawn_out(elements)
         self._smooth: Any = None
         if elements.shape.name == "quadratic hexahedron":
             self._smooth = _linear_fit(points, self._weight)
         self._cells: BendingCells | BendingWedges | None = None
-        if elements.shape.name in ("hexahedron", "wedge"):
+        if elements.shape.name in ("hexahedron", "wedge") and parts is None:
             given = drawn[self._nodes], self._slope, self._weight, elements.shear, self._bulk
             is_wedge = elements.shape.name == "wedge"
             self._cells = BendingWedges(*given) if is_wedge else BendingCells(*given, points)

@@ -46,7 +46,7 @@ class Framing(Struct, frozen=True, eq=False):
 
 def framing(film: PlayerData) -> Framing:
     """Return the points that a picture of all frames must include, the outermost ones."""
-    nodes = film.position[:, : film.node_count]
+    nodes = film.position[:, film.matter]
     middle = nodes.mean(axis=1)
     sizes = np.linalg.norm(nodes.max(axis=1) - nodes.min(axis=1), axis=1)
     whole = float(np.linalg.norm(nodes.max(axis=(0, 1)) - nodes.min(axis=(0, 1))))

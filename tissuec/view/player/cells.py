@@ -16,12 +16,31 @@ from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.edges import Edges
 from tissuec.model import topology
 from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.results.element_cells import PIECE, TYPES
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.lifetimes import FOREVER, Mask, sharpened_triangles
+from tissuec.view.player.lifetimes import (
+    FOREVER,
+    Lifetimes,
+    Mask,
+    is_there,
+    sharpened_triangles,
+)
 
 MOST_NODES = 30_000
 """Nodes of a body up to which it is divided by default: that takes 10 s."""
 
+_BOX = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
+#: Tetrahedra of the corners of elements, by VTK's number of their shape.
+_DIVISIONS = {
+    number: np.array(tetrahedra)
+    for number, tetrahedra in (
+        (PIECE, [[0, 1, 2, 3]]),
+        (TYPES["tetrahedron"], [[0, 1, 2, 3]]),
+        (TYPES["wedge"], [[0, 1, 2, 3], [1, 2, 3, 4], [2, 3, 4, 5]]),
+        (TYPES["hexahedron"], _BOX),
+        (TYPES["quadratic hexahedron"], _BOX),
+    )
+}
 _PAIRS = np.array(list(combinations(range(4), 2)))
 _MOSTLY = 0.5  # of the volume: a body is filled if springs join the corners of so much
 Change = tuple[float, Mask]  # a frame, and the recorded springs that are there from then on
@@ -35,28 +54,50 @@ class SolidCells(Struct, frozen=True, eq=False):
         death: The frame until which each is there, shape (tetrahedron,).
         filled: Names of the bodies that they fill.
         left_out: Names of filled bodies that are too large to be divided.
+        births: The frame from which on each is there; 0 if none are given, shape
+            (tetrahedron,).
     """
 
     tetrahedra: Indices
     death: Floats
     filled: tuple[str, ...]
     left_out: tuple[str, ...]
+    births: Floats | None = None
+
+    @property
+    def birth(self) -> Floats:
+        """Return from when on each is there, in units of frames, shape (tetrahedron,)."""
+        return np.zeros(len(self.death)) if self.births is None else self.births
 
     def there(self, frame: float) -> Indices:
         """Return the tetrahedra that exist in a frame, or between two, shape (n, 4)."""
-        return self.tetrahedra[frame < self.death]
+        return self.tetrahedra[is_there(self.life, frame)]
 
     @property
     def life(self) -> Floats:
         """Return from when until when each is there, in units of frames, shape (n, 2)."""
-        return np.stack([np.zeros(len(self.death)), self.death], axis=1)
+        return np.stack([self.birth, self.death], axis=1)
+
+    def joined(self, more: "SolidCells") -> "SolidCells":
+        """Return these and those of other bodies."""
+        if not len(more.tetrahedra):
+            return self
+        return SolidCells(
+            np.concatenate([self.tetrahedra, more.tetrahedra]),
+            np.concatenate([self.death, more.death]),
+            (*self.filled, *more.filled),
+            (*self.left_out, *more.left_out),
+            np.concatenate([self.birth, more.birth]),
+        )
 
     @property
     def sorted(self) -> "SolidCells":
         """Return the same in ascending order of nodes, which packs well."""
         corners = np.sort(self.tetrahedra, axis=1)
         order = np.lexsort(corners.T[::-1])
-        return SolidCells(corners[order], self.death[order], self.filled, self.left_out)
+        return SolidCells(
+            corners[order], self.death[order], self.filled, self.left_out, self.birth[order]
+        )
 
     def on_nodes(self, place: Indices) -> "SolidCells":
         """Return those that have four corners left after nodes were brought together.
@@ -67,9 +108,10 @@ class SolidCells(Struct, frozen=True, eq=False):
         corners = np.sort(place[self.tetrahedra], axis=1)
         apart = (np.diff(corners, axis=1) > 0).all(axis=1)
         drawn, inverse = np.unique(corners[apart], axis=0, return_inverse=True)
-        death = np.zeros(len(drawn))
+        death, birth = np.zeros(len(drawn)), np.full(len(drawn), FOREVER)
         np.maximum.at(death, inverse.reshape(-1), self.death[apart])
-        return SolidCells(drawn.reshape(-1, 4), death, self.filled, self.left_out)
+        np.minimum.at(birth, inverse.reshape(-1), self.birth[apart])
+        return SolidCells(drawn.reshape(-1, 4), death, self.filled, self.left_out, birth)
 
 
 def no_cells() -> SolidCells:
@@ -82,6 +124,8 @@ def read_cells(
 ) -> SolidCells:
     """Return the tetrahedra of the filled bodies of a result, between its recorded nodes.
 
+    Bodies whose elements are cut in parts have those of ``cut_solids`` instead.
+
     Args:
         changes: In order; the first one is the start.
         ends: When springs end, in units of frames, shape (spring,).
@@ -93,6 +137,8 @@ def read_cells(
     for body in network.bodies:
         if not _is_recorded(trajectory, body) or not _may_be_filled(network, body):
             continue
+        if body.name in _cut_bodies(trajectory):
+            continue
         if most is not None and body.nodes.stop - body.nodes.start > most:
             left_out.append(body.name)
         elif len(cells := _filling(network, body)):
@@ -101,6 +147,44 @@ def read_cells(
     tetrahedra = np.concatenate(found)
     death = _deaths(trajectory, tetrahedra, changes, ends)
     return SolidCells(tetrahedra, death, tuple(filled), tuple(left_out))
+
+
+def cut_solids(trajectory: Trajectory, elements: Lifetimes) -> SolidCells:
+    """Return tetrahedra that divide the elements of bodies that are cut in parts, and parts.
+
+    Args:
+        elements: When each cell of the solid elements of a result is there.
+    """
+    names = _cut_bodies(trajectory)
+    if not names:
+        return no_cells()
+    mesh = trajectory.mesh
+    cells = mesh.solids.some(elements.of)
+    own = np.zeros(len(cells), dtype=bool)
+    for body in trajectory.network.bodies:
+        if body.name in names:
+            entities = body.elements.start, body.elements.stop
+            own |= (cells.entities >= entities[0]) & (cells.entities < entities[1])
+    found: list[NDArray[np.integer]] = [np.zeros((0, 4), dtype=np.int64)]
+    life = [np.zeros((0, 2))]
+    for kind, items, nodes in cells.by_shape():
+        division = _DIVISIONS[kind]
+        shown = own[items]
+        found.append(nodes[shown][:, division].reshape(-1, 4))
+        life.append(np.repeat(elements.life[items[shown]], len(division), axis=0))
+    birth, death = np.concatenate(life).T
+    return SolidCells(np.concatenate(found).astype(np.int64), death, names, (), birth)
+
+
+def _cut_bodies(trajectory: Trajectory) -> tuple[str, ...]:
+    """Return the names of the bodies with elements that were cut in parts."""
+    cut = trajectory.cut_cells
+    return tuple(
+        body.name
+        for body in trajectory.network.bodies
+        if cut is not None
+        and ((cut.parts >= body.elements.start) & (cut.parts < body.elements.stop)).any()
+    )
 
 
 def _is_recorded(trajectory: Trajectory, body: BodyPart) -> bool:

@@ -40,7 +40,17 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def drawn(self) -> Floats:
         """Return positions before the run [m], shape (node, 3)."""
-        return self.trajectory.network.position[self.film.numbers]
+        drawn, cut = self.trajectory.network.position, self.trajectory.cut_cells
+        return (drawn if cut is None else cut.points.beside(drawn))[self.film.numbers]
+
+    @property
+    def representatives(self) -> Indices:
+        """Return network numbers of nodes, or of main hosts of riding points, shape (node,)."""
+        network, cut = self.trajectory.network, self.trajectory.cut_cells
+        if cut is None:
+            return self.film.numbers
+        every = np.concatenate([np.arange(network.node_count), cut.points.main_hosts])
+        return every[self.film.numbers]
 
     @cached_property
     def displacement(self) -> Floats:
@@ -195,8 +205,11 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
             there = film.alive(row)
             lines, tension = film.lines.number[there], film.lines.tension[row, there]
             own = slice(*np.searchsorted(lines, (part.start, part.stop)))
-            whole = np.zeros((network.body_nodes, 3))
-            whole[film.numbers] = film.position[row, : film.node_count]
+            whole, is_node = (
+                np.zeros((network.body_nodes, 3)),
+                film.numbers < network.node_count,
+            )
+            whole[film.numbers[is_node]] = film.position[row, : film.node_count][is_node]
             recorded = {"tension": tension[own].astype(float)}
             gone = np.setdiff1d(numbers_in(part), lines)
             moment = Moment(

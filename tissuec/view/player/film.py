@@ -191,7 +191,9 @@ class PlayerData(Struct, frozen=True, eq=False):
         surfaces: Smooth surfaces, a list of pieces for each body.
         laws: Names of the laws.
         recorded: How many nodes, springs and edges of elements the file shows.
-        numbers: Network numbers of the nodes, ascending, shape (node,).
+        numbers: Network numbers of the nodes, ascending, shape (node,). Riding points, which
+            follow nodes of the network, count as nodes here.
+        matter: Which nodes are places of matter: all but those on the far side of a cut.
     """
 
     times: Floats
@@ -217,6 +219,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     laws: tuple[str, ...]
     recorded: tuple[int, int, int]
     numbers: Indices
+    matter: Indices | slice
 
     def time_at(self, at: float) -> float:
         """Return the time [s] of a moment in frames."""

@@ -120,7 +120,11 @@ def _changes(
             holders[hold.holder] = hold.nodes
             held = np.unique(np.concatenate(list(holders.values())))
             shown = np.isin(trajectory.nodes, held)
-            yield float(timeline.frame_of(hold.time)), shown[thin.kept]
+            # Points of parts of cut elements, which follow the nodes, are not held.
+            is_node = thin.kept < len(shown)
+            kept = np.zeros(len(thin.kept), dtype=bool)
+            kept[is_node] = shown[thin.kept[is_node]]
+            yield float(timeline.frame_of(hold.time)), kept
 
 
 class HoldingForce(Struct, frozen=True, eq=False):

@@ -211,8 +211,10 @@ def pack_node_facts(nodes: DrawnNodes, pack: Pack) -> dict[str, Any]:
     region: Indices = np.zeros(trajectory.network.node_count, dtype=np.int64)
     for number, group in enumerate(groups, start=1):
         region[group.indices] = number
-    pack.add("ids", trajectory.network.node_ids[numbers][None])
-    pack.add("region", region[numbers][None])
+    count = trajectory.network.node_count
+    is_node, of = numbers < count, nodes.representatives
+    pack.add("ids", np.where(is_node, trajectory.network.node_ids[of], -1)[None])
+    pack.add("region", region[of][None])
     return {
         "bodies": [
             {

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
+from tissuec.results.frame_columns import POSITION
 from tissuec.results.instruments import Course
 from tissuec.results.instruments.courses import courses
 from tissuec.results.moments import Moments, curved, slopes
@@ -19,6 +20,7 @@ from tissuec.view.player.cells import (
     Change,
     SolidCells,
     capped,
+    cut_solids,
     no_cells,
     read_cells,
 )
@@ -72,7 +74,8 @@ def film_of(moments: Moments, options: Options) -> PlayerData:
     """Return the drawable contents of some moments of a result."""
     trajectory = moments.trajectory
     timeline = Timeline(moments.times)
-    count, few = len(trajectory.nodes), options.nodes
+    mesh, few = trajectory.mesh, options.nodes
+    count = mesh.points
     thin = whole(count) if few is None or few >= count else thinned(trajectory, few)
     lives = _topologies(moments, timeline)
     cells = _cells(trajectory, lives, options)
@@ -82,7 +85,9 @@ def film_of(moments: Moments, options: Options) -> PlayerData:
     points = [*map(_carriers, seen), *(pull.place[:, None] for pull in pulls)]
     position, velocity = _motion(moments, thin, points)
     first = position.shape[1] - len(pulls)
-    skin = _skin(trajectory, thin, capped(lives.triangles, lives.life, cells), cells)
+    capped_skin = capped(lives.triangles, lives.life, cells)
+    cells = cells.joined(cut_solids(trajectory, lives.elements))
+    skin = _skin(trajectory, thin, capped_skin, cells)
     drawn = DrawnNet.of(thin, skin, strand.ends)
     tissues, tissue = node_tissues(trajectory)
     return PlayerData(
@@ -117,7 +122,10 @@ def film_of(moments: Moments, options: Options) -> PlayerData:
         },
         laws=tuple(law.name for law in trajectory.network.springs.laws),
         recorded=(count, (own := len(trajectory.springs)), len(trajectory.lines) - own),
-        numbers=trajectory.nodes[thin.kept],
+        numbers=mesh.numbers_of_points[thin.kept],
+        matter=slice(len(thin.kept))
+        if (own := mesh.are_matter[thin.kept]).all()
+        else np.flatnonzero(own),
     )
 
 
@@ -146,6 +154,7 @@ class DrawnLives(NamedTuple):
         life: Of these, in frames, shape (triangle, 2).
         dots: Nodes that nothing touches.
         changes: Which springs are there, from a frame on.
+        elements: The cells of solid elements, if some are cut in parts.
     """
 
     springs: Lifetimes
@@ -153,28 +162,34 @@ class DrawnLives(NamedTuple):
     life: Floats
     dots: Lifetimes
     changes: list[Change]
+    elements: Lifetimes
 
 
 def _topologies(moments: Moments, timeline: Timeline) -> DrawnLives:
     trajectory = moments.trajectory
-    nodes, count = len(trajectory.nodes), len(trajectory.lines)
+    nodes, count = trajectory.mesh.points, len(trajectory.lines)
+    solids = len(trajectory.mesh.solids)
     register = Register(nodes, 3)
     masks: list[tuple[float, Mask, Indices, Mask]] = []
+    there: list[tuple[float, Mask]] = []
     for frame, cells in moments.topologies():
         alive = _mask(np.searchsorted(trajectory.lines, cells.line_numbers), count)
         faces = register.numbers(cells.triangles)
         masks.append((frame, alive, faces, _mask(cells.vertices[:, 0], nodes)))
+        if trajectory.mesh.cut is not None:
+            there.append((frame, _mask(cells.elements, solids)))
     faces = len(register.rows)
     springs = timeline.sharpened(
         lives(((frame, alive) for frame, alive, _, _ in masks), count),
         trajectory.lines,
         trajectory.events,
     )
-    found = lives(((frame, _mask(there, faces)) for frame, _, there, _ in masks), faces)
+    found = lives(((frame, _mask(shown, faces)) for frame, _, shown, _ in masks), faces)
     life = sharpened_triangles(found.life, springs.life[:, 1])
     dots = lives(((frame, lonely) for frame, _, _, lonely in masks), nodes)
     changes = [(frame, alive) for frame, alive, _, _ in masks]
-    return DrawnLives(springs, register.rows[found.of], life, dots, changes)
+    elements = lives(there, solids)
+    return DrawnLives(springs, register.rows[found.of], life, dots, changes, elements)
 
 
 def _cells(trajectory: Trajectory, found: DrawnLives, options: Options) -> SolidCells:
@@ -265,7 +280,7 @@ def _rest(trajectory: Trajectory, thin: Thinning, strand: SpringLines) -> Floats
     rest = np.append(network.springs.rest, of_edges)[trajectory.lines]
     if thin.is_whole:
         return rest
-    drawn = network.position[trajectory.nodes]
+    drawn = trajectory.mesh.at_points(network.position[trajectory.nodes], POSITION)
     stretch = _lengths(drawn, trajectory.ends) / np.where(rest > 0.0, rest, np.inf)
     mean, there = strand.mean(stretch, np.arange(len(rest)))
     own = np.zeros(len(strand.ends))
@@ -283,11 +298,11 @@ def _skin(
     trajectory: Trajectory, thin: Thinning, drawn: CappedSkin, cells: SolidCells
 ) -> SkinPiece:
     corners, first, life = thin_triangles(thin, drawn.triangles, drawn.life)
-    smooth = np.zeros(len(trajectory.nodes), dtype=bool)
+    nodes = trajectory.mesh.representatives
+    smooth = np.zeros(len(nodes), dtype=bool)
     for body in trajectory.network.bodies:
         if body.name in trajectory.surfaces and len(trajectory.surfaces[body.name]):
-            inside = trajectory.nodes >= body.nodes.start
-            smooth |= inside & (trajectory.nodes < body.nodes.stop)
+            smooth |= (nodes >= body.nodes.start) & (nodes < body.nodes.stop)
     smooth = smooth[drawn.triangles[first, 0]] & ~drawn.is_cap[first]
     hollow = is_hollow(trajectory, drawn.triangles[first], set(cells.filled))
     return SkinPiece(corners, life, smooth, hollow)

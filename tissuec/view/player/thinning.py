@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
+from tissuec.results.frame_columns import POSITION
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.lifetimes import FOREVER, Lifetimes
 
@@ -47,8 +48,8 @@ def whole(count: int) -> Thinning:
 
 
 def thinned(trajectory: Trajectory, most: int) -> Thinning:
-    """Return a limited number of nodes of a result, as evenly spread as the net."""
-    position = np.asarray(trajectory.position[0], dtype=float)
+    """Return a limited number of points of a result, as evenly spread as the net."""
+    position = trajectory.mesh.at_points(np.asarray(trajectory.position[0], float), POSITION)
     groups = _groups(trajectory)
     if len(np.unique(groups)) >= most:  # such as loose points: every so many of them
         groups = np.zeros_like(groups)
@@ -87,13 +88,20 @@ def _middles(position: Floats, clusters: Indices) -> Indices:
 
 
 def _groups(trajectory: Trajectory) -> Indices:
-    """Return numbers that differ for nodes of different bodies or pieces, shape (node,)."""
-    ends = trajectory.ends[np.searchsorted(trajectory.lines, trajectory.cells(-1).line_numbers)]
-    count = len(trajectory.nodes)
+    """Return numbers that differ for points of different bodies or pieces, shape (point,)."""
+    cells, mesh = trajectory.cells(-1), trajectory.mesh
+    ends = trajectory.ends[np.searchsorted(trajectory.lines, cells.line_numbers)]
+    count = mesh.points
+    if mesh.cut is not None:  # whose parts have no lines
+        for _, _, own in mesh.solids.some(cells.elements).by_shape():
+            pairs = np.stack([np.roll(own, 1, axis=1), own], axis=2).reshape(-1, 2)
+            ends = np.concatenate([ends, pairs])
     labels = np.asarray(topology.pieces(count, ends.astype(np.int32)))
     bodies = np.zeros(count, dtype=np.int64)
     for number, body in enumerate(trajectory.network.bodies):
-        inside = (trajectory.nodes >= body.nodes.start) & (trajectory.nodes < body.nodes.stop)
+        inside = (mesh.representatives >= body.nodes.start) & (
+            mesh.representatives < body.nodes.stop
+        )
         bodies[inside] = number
     # A node by itself is no piece: it would be kept whatever the net around it.
     alone = np.bincount(labels)[labels] == 1

@@ -16,18 +16,18 @@ GLOSS = 0.4  # of tissue of which the scene does not say it
 
 
 def node_tints(trajectory: Trajectory) -> Floats:
-    """Return red, green, blue and gloss of recorded nodes, dimensionless, shape (node, 4)."""
+    """Return red, green, blue and gloss of points, dimensionless, shape (point, 4)."""
     found = np.tile([*rgb(palette.SKIN), GLOSS], (trajectory.network.node_count, 1))
     for body in trajectory.network.bodies:
         found[body.nodes] = body_tint(trajectory, body.name)
     for group in trajectory.groups:
         if group.body and group.what == "nodes":
             found[group.indices] = body_tint(trajectory, group.body, group.name)
-    return found[trajectory.nodes]
+    return found[trajectory.mesh.representatives]
 
 
 def node_tissues(trajectory: Trajectory) -> tuple[tuple[str, ...], Indices]:
-    """Return the names of all tissues, and which recorded nodes have, shape (node,)."""
+    """Return the names of all tissues, and which points of frames have, shape (point,)."""
     names: dict[str, int] = {}
     found = np.zeros(trajectory.network.node_count, dtype=np.int64)
 
@@ -40,7 +40,7 @@ def node_tissues(trajectory: Trajectory) -> tuple[tuple[str, ...], Indices]:
     for group in trajectory.groups:
         if group.body and group.what == "nodes":
             found[group.indices] = number(group.body, group.name)
-    return tuple(names), found[trajectory.nodes]
+    return tuple(names), found[trajectory.mesh.representatives]
 
 
 def written_tissue(trajectory: Trajectory, body: str, region: str = "") -> dict[str, Any]:
@@ -73,11 +73,11 @@ def is_hollow(
     """Return which triangles have an inside: those of shells and tubes.
 
     Args:
-        triangles: Rows of the recorded nodes, shape (triangle, 3).
+        triangles: Rows of points of frames, shape (triangle, 3).
         filled: Names of bodies that are known to be solid.
     """
     network, hollow = trajectory.network, np.ones(len(triangles), dtype=bool)
-    first = trajectory.nodes[triangles[:, 0]] if len(triangles) else np.zeros(0, dtype=int)
+    first = trajectory.mesh.representatives[triangles[:, 0]]
     for body in network.bodies:
         if body.name in filled or borders(network.skin_of(body)) == 1:
             hollow &= ~_within(first, body)

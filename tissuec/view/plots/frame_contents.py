@@ -34,7 +34,7 @@ class FrameNumbers(Struct, frozen=True, eq=False):
         unit: Of the numbers; "" without one.
         shades: Between which their colours lie.
         norm: From numbers to colours.
-        at_nodes: One number at each recorded node by frame, NaN where it is unknown; none where
+        at_nodes: One number at each point by frame, NaN where it is unknown; none where
             springs have numbers of their own.
     """
 
@@ -96,7 +96,10 @@ class FrameNumbers(Struct, frozen=True, eq=False):
     def of_triangles(self, frame: int) -> Floats:
         """Return the numbers of the triangles in a frame, in the unit, shape (triangle,)."""
         if self._is_of("triangle"):
-            return np.asarray(self.trajectory.shown(self.name, frame)[0], dtype=float)
+            found = np.full(len(self.trajectory.cells(frame).triangles), np.nan)
+            own = self.trajectory.shown(self.name, frame)[0]
+            found[: len(own)] = own  # parts of elements, which have none, come last
+            return found
         return self.at_nodes[frame][self.trajectory.cells(frame).triangles].mean(axis=1)
 
     def _is_of(self, at: str) -> bool:

@@ -31,6 +31,17 @@ def batches(trajectory: "Trajectory", frames: slice = slice(None)) -> Iterator[F
         yield np.asarray(trajectory.position[part.start : part.stop], dtype=float)
 
 
+def every_point(trajectory: "Trajectory", frame: int) -> Floats:
+    """Return positions of nodes and all riding points in a frame [m], shape (point, 3).
+
+    Those of a later cut are there, too, so that points have one number in all frames.
+    """
+    from tissuec.results.frame_columns import POSITION  # needed where something is drawn
+
+    place = np.asarray(trajectory.position[frame], dtype=float)
+    return trajectory.mesh.at_points(place, POSITION)
+
+
 def drawn(trajectory: "Trajectory") -> Floats:
     """Return where the recorded nodes are drawn [m], shape (node, 3)."""
     return trajectory.network.position[trajectory.nodes]
@@ -38,9 +49,10 @@ def drawn(trajectory: "Trajectory") -> Floats:
 
 def largest_displacements(trajectory: "Trajectory") -> Floats:
     """Return the largest displacement of a recorded node so far [m], shape (frame,)."""
-    home = drawn(trajectory)
+    home, mesh = drawn(trajectory), trajectory.mesh
+    own = slice(None) if mesh.cut is None else np.flatnonzero(mesh.are_matter[: len(home)])
     found = [
-        np.linalg.norm(position - home, axis=2).max(axis=1, initial=0.0)
+        np.linalg.norm((position - home)[:, own], axis=2).max(axis=1, initial=0.0)
         for position in batches(trajectory)
     ]
     return np.maximum.accumulate(np.concatenate([np.zeros(0), *found]))

@@ -16,7 +16,7 @@ from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
 from tissuec.view.plots.axes import SILENT, told
 from tissuec.view.plots.frame_contents import FrameInstruments, FrameNumbers
-from tissuec.view.plots.frame_reader import batches, drawn, no_frames
+from tissuec.view.plots.frame_reader import batches, drawn, every_point, no_frames
 from tissuec.view.plots.options import Direction, Option, read_time
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
@@ -238,9 +238,10 @@ class Shown(Struct, frozen=True, eq=False):
             TissueError: Bodies have no skin, or the result has no smooth surface.
         """
         chosen = moments(trajectory, plot.times)
-        points = [np.asarray(trajectory.position[m.frame], dtype=float) for m in chosen]
+        points = [every_point(trajectory, m.frame) for m in chosen]
         home = drawn(trajectory)
-        view = Projection(*(plot.view or viewpoint(home, [place - home for place in points])))
+        moved = [place[: len(home)] - home for place in points]
+        view = Projection(*(plot.view or viewpoint(home, moved)))
         frames = [m.frame for m in chosen]
         numbers = (
             None if plot.field is None else FrameNumbers.of(trajectory, plot.field, frames)
@@ -257,12 +258,14 @@ class Shown(Struct, frozen=True, eq=False):
         elif numbers is None:
             numbers = FrameNumbers.of_tension(trajectory, frames)
         reached = [one.reach for m in chosen for one in instruments.at(m.frame)]
-        flat = view.flat(np.concatenate([*points, *reached]))
+        matter = trajectory.mesh.are_matter
+        places = points if plot.show == "surface" else [one[matter] for one in points]
+        flat = view.flat(np.concatenate([*places, *reached]))
         low, high = flat.min(axis=0), flat.max(axis=0)
         margin = _MARGIN * float((high - low).max()) or 1e-3
         box = (*(low - margin), *(high + margin))
         scale = scale_of("m", [np.ptp(flat, axis=0).max()])
-        solid = solid_nodes(trajectory.network)[trajectory.nodes]
+        solid = solid_nodes(trajectory.network)[trajectory.mesh.representatives]
         notes: tuple[str, ...] = ()
         if plot.show == "springs" and solid.any():
             notes = ("springs and edges inside and behind solid bodies are not drawn",)

@@ -208,10 +208,10 @@ def check_plane(film: PlayerData, plane: SectionPlane, at: float | None) -> None
         TissueError: It does not; says how far the bodies reach.
     """
     if at is None:
-        check_reach(film.position[:, : film.node_count], plane, "at any time")
+        check_reach(film.position[:, film.matter], plane, "at any time")
         return
     time = film.clock.text(film.time_at(at))
-    check_reach(position_at(film, at)[: film.node_count], plane, f"at {time}")
+    check_reach(position_at(film, at)[film.matter], plane, f"at {time}")
 
 
 def check_reach(position: Floats, plane: SectionPlane, when: str) -> None:

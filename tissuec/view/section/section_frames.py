@@ -12,9 +12,11 @@ from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats
 from tissuec.results.instruments.meshes import mesh_of, placed
 from tissuec.view.player.bodies import capsules
-from tissuec.view.player.cells import read_cells
+from tissuec.view.player.cells import cut_solids, read_cells
+from tissuec.view.player.lifetimes import lives
 from tissuec.view.player.tints import node_tints, node_tissues
 from tissuec.view.plots.frame_contents import FrameInstruments, SeenInstrument
+from tissuec.view.plots.frame_reader import every_point
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.subjects import PlotSubject
@@ -119,13 +121,23 @@ def _moments(
     ]
     changes = [(0.0, whole), *((1.0 + number, one) for number, one in enumerate(alive))]
     cells = read_cells(trajectory, changes, np.zeros(0), most=None)
-    solid = np.zeros(len(trajectory.nodes), dtype=bool)
+    mesh = trajectory.mesh
+    if mesh.cut is not None:
+        shown = [
+            np.isin(np.arange(len(mesh.solids)), trajectory.cells(f).elements) for f in titles
+        ]
+        there = lives(
+            ((1.0 + number, one) for number, one in enumerate(shown)), len(mesh.solids)
+        )
+        cells = cells.joined(cut_solids(trajectory, there))
+    solid = np.zeros(mesh.points, dtype=bool)
     solid[cells.tetrahedra] = True
     tools = FrameInstruments.of(trajectory)
     found: list[SectionMoment] = []
     for number, (frame, title) in enumerate(titles.items()):
-        place = np.asarray(trajectory.position[frame], dtype=float)
-        check_reach(place, plane, f"at {trajectory.clock.text(float(trajectory.times[frame]))}")
+        place = every_point(trajectory, frame)
+        when = f"at {trajectory.clock.text(float(trajectory.times[frame]))}"
+        check_reach(place[mesh.are_matter], plane, when)
         there = cells.there(1.0 + number)
         cut = cross_section(place, there, tissue, len(names), plane)
         triangles = trajectory.cells(frame).triangles

@@ -127,7 +127,7 @@ class Section {
   // Cut what is there at a moment, with the points of nodes.
   cut(place, moment) {
     const { normal, offset, cells, life, tissue, film } = this;
-    const found = cutPolygons(place, cells, (t) => moment < life[2 * t + 1], normal, offset);
+    const found = cutPolygons(place, cells, (t) => life[2 * t] <= moment && moment < life[2 * t + 1], normal, offset);
     const points = cornerPoints(place, found), { triangles, area } = polygonTriangles(points, found);
     const lines = outlines(found).flatMap((i) => [...points.subarray(3 * i, 3 * i + 3)]);
     lines.push(...contours(points, found, triangles, tissue, film.tissues.length));

@@ -10,10 +10,11 @@ class Sight {
     this.skinLife = lives(arrays["life of skin"]);
     this.ends = table(arrays.ends, Int32Array);
     this.lineLife = lives(arrays["life of lines"]);
-    const ends = Array.from(this.ends), corners = Array.from(this.triangles);
-    this.hasSkin = corners.length > 0;
+    const { ids } = arrays;
+    this.hasSkin = this.triangles.length > 0;
     this.isDrawn = new Uint8Array(film.nodes);
-    for (const node of [...ends, ...corners, ...Array.from(arrays.dots.data, (value) => arrays.dots.low + value)]) this.isDrawn[node] = 1;
+    // Corners of parts of cut elements are no nodes, and have the id -1.
+    for (const node of [...this.ends, ...this.triangles, ...row(arrays.dots, 0)]) this.isDrawn[node] = ids.low + ids.data[node] !== -1;
   }
 
   // Look at a moment through a camera, on a picture of so many pixels.
@@ -134,7 +135,7 @@ class Sight {
     collect(ends, 2, lineLife);
     collect(triangles, 3, skinLife);
     found.delete(node);
-    return [...found];
+    return [...found].filter((one) => this.isDrawn[one]);
   }
 }
 

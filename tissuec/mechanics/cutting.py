@@ -1,0 +1,486 @@
+"""Cuts through solids: blades divide the elements of a body into parts.
+
+An element that a blade crosses is replaced by its parts, each of which has all nodes of the
+whole and integrates over its own matter (``geometry.cut_cells``). Nodes beyond the blade are
+phantom nodes (``model.phantoms``), which take position and velocity of the nodes that they are
+copies of, and part of their masses, so that mass and momentum stay the same.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.arrays import counted_up
+from tissuec.core.structs import replace
+from tissuec.forces.solids.cut_elements import CutElements
+from tissuec.geometry.cut_cells.cutting import cut, near_heights
+from tissuec.geometry.cut_cells.joining import outer_faces
+from tissuec.geometry.cut_cells.masses import node_volumes
+from tissuec.geometry.cut_cells.overlaps import offsets
+from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, functions_at
+from tissuec.geometry.cut_cells.quadrature import measures
+from tissuec.geometry.cut_cells.sections import CutTriangles
+from tissuec.geometry.elements import Measures
+from tissuec.model.blocks import EMBEDDING, FieldBlock
+from tissuec.model.cut_cells import CutCells, WeightedSums
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.phantoms import Phantoms
+
+if TYPE_CHECKING:
+    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.mechanics.state import State
+
+Bools = NDArray[np.bool_]
+ROUNDING = 1e-12  # weights that are zero, and differences of those that are equal
+#: Of the section of a cell, what a blade has to cover; half of it, to rounding. Below, the cell
+#: stays whole.
+LEAST_SHARE = 0.5 - 1e-9
+
+
+class NotDivisible(Exception):
+    """A body cannot be divided further, with the reason as a sentence."""
+
+
+class CutBody(Struct, frozen=True, eq=False):
+    """The elements of a body after cuts, shape by shape.
+
+    Attributes:
+        parts: Whole elements and parts.
+        entities: Of each of them, shape (part,) each.
+        slots: Where each keeps its tensors, see ``StoredTensors``, shape (tensor, part) each.
+        used: How many entities of the reserve have been used.
+        stored: How many components of internal variables of the reserve have been used.
+    """
+
+    parts: tuple[CellParts, ...]
+    entities: tuple[Indices, ...]
+    slots: tuple[Indices, ...]
+    used: int = 0
+    stored: int = 0
+
+    @classmethod
+    def of(cls, state: "State", name: str) -> "CutBody":
+        """Return the elements of a body that exist."""
+        known = state.cut_bodies.get(name)
+        if known is None:
+            fields = state.network.elements_of(name)
+            whole = [CellParts.whole(one.shape.name, one.nodes) for one in fields]
+            slots = tuple(one.slots for one in fields)
+            known = cls(tuple(whole), tuple(one.walls for one in fields), slots)
+        alive = [state.alive[each] for each in known.entities]
+        if all(each.all() for each in alive):
+            return known
+        return replace(
+            known,
+            parts=tuple(
+                each.some(there) for each, there in zip(known.parts, alive, strict=True)
+            ),
+            entities=tuple(
+                each[there] for each, there in zip(known.entities, alive, strict=True)
+            ),
+            slots=tuple(each[:, there] for each, there in zip(known.slots, alive, strict=True)),
+        )
+
+
+class Division(Struct, frozen=True, eq=False):
+    """What a cut makes of a body; nothing is changed yet.
+
+    Attributes:
+        phantoms: The reserve of the body.
+        body: Its elements after the cut.
+        source: Of each part, its number before among those of its shape, shape (part,) each.
+        moved: Places of internal variables that are copied, and of their copies, among the
+            components of all velocities, shape (2, n).
+        is_new: Which parts are new, shape (part,) each.
+        lost: Entities that are divided, ascending.
+        copies: New nodes, shape (n,).
+        copied: The nodes that these are copies of, shape (n,).
+        measured: Gradients and volumes of points of parts that are not whole.
+        triangles: Of the surface of the cut, with numbers of parts over all shapes.
+        are_between: Which of them lie between two elements, shape (triangle,).
+    """
+
+    phantoms: Phantoms
+    body: CutBody
+    source: tuple[Indices, ...]
+    moved: Indices
+    is_new: tuple[Bools, ...]
+    lost: Indices
+    copies: Indices
+    copied: Indices
+    measured: tuple[Measures, ...]
+    triangles: CutTriangles
+    are_between: Bools
+
+    def position(self, position: Floats) -> Floats:
+        """Return places of all nodes, copies where what they are copies of is [m].
+
+        Args:
+            position: Of all nodes before the cut [m], shape (node, 3).
+        """
+        found = position.copy()
+        found[self.copies] = found[self.copied]
+        return found
+
+    def areas(self, position: Floats) -> Floats:
+        """Return areas of the triangles [m²], shape (triangle,).
+
+        Args:
+            position: Of all nodes, drawn or after the cut [m], shape (node, 3).
+        """
+        a, b, c = self.triangles.places(self.body.parts, position).swapaxes(0, 1)
+        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def divided(
+    state: "State", name: str, heights: Floats, active: tuple[Bools, ...] | None = None
+) -> Division | None:
+    """Return what a surface makes of a body; None if it divides nothing.
+
+    Args:
+        name: Of the body.
+        heights: Of all nodes above the surface [m], shape (node,).
+        active: Of the elements in ``CutBody.of``, those that it may divide, shape (part,) each;
+            all by default.
+
+    Raises:
+        NotDivisible: There is nothing left in reserve.
+    """
+    phantoms = state.network.phantoms_of(name)
+    assert phantoms is not None
+    before = CutBody.of(state, name)
+    near = near_heights(before.parts, state.position)
+    found = cut(before.parts, heights, active, near)
+    if not len(found.copied):
+        return None
+    is_new = tuple(map(_are_new, found.source, before.parts, found.groups))
+    copies = _allocated(state, phantoms, found.copied)
+    number = np.append(np.arange(state.network.node_count), copies)
+    parts = tuple(replace(each, nodes=number[each.nodes]) for each in found.groups)
+    entities, used = list[Indices](), before.used
+    for source, own, new in zip(found.source, before.entities, is_new, strict=True):
+        each = own[source]
+        count = int(new.sum())
+        each[new] = phantoms.elements.start + used + np.arange(count)
+        used += count
+        entities.append(each)
+    if used > phantoms.elements.stop - phantoms.elements.start:
+        raise NotDivisible(f"{name} has been cut into too many parts")
+    lost = [
+        own[np.unique(source[new])]
+        for own, source, new in zip(before.entities, found.source, is_new, strict=True)
+    ]
+    slots, stored, moved = list[Indices](), before.stored, [np.zeros((2, 0), dtype=np.int64)]
+    fields = state.network.elements_of(name)
+    firsts = offsets(before.parts)[:-1]
+    every = [each + first for each, first in zip(found.source, firsts, strict=True)]
+    pair = np.concatenate(every)[found.cut.parts]
+    for field, source, own in zip(fields, found.source, before.slots, strict=True):
+        each, copied = _copied_slots(field, own, source, 3 * phantoms.rows.start + stored)
+        stored += copied.shape[1]
+        slots.append(each)
+        moved.append(copied)
+    drawn = [each.some(~each.are_whole) for each in parts]
+    measured = tuple(measures(each, state.network.position[each.drawn]) for each in drawn)
+    return Division(
+        phantoms, CutBody(parts, tuple(entities), tuple(slots), used, stored),
+        found.source, np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
+        copies, found.copied, measured, found.cut, pair[:, 0] != pair[:, 1],
+    )  # fmt: skip
+
+
+def _copied_slots(
+    field: "SolidElements", slots: Indices, source: Indices, first: int
+) -> tuple[Indices, Indices]:
+    """Return where parts keep their tensors, and which components are copied, shape (2, n).
+
+    The first part of an element keeps its place.
+
+    Args:
+        slots: Of the elements before, shape (tensor, element).
+        source: The element that each part was, ascending, shape (part,).
+        first: The first component that is free.
+    """
+    found = slots[:, source]
+    again = np.append(False, source[1:] == source[:-1])
+    tensor, part = np.nonzero((found >= 0) & again)
+    size = field.tensor_size
+    new = first + size * np.arange(len(part))
+    old = found[tensor, part]
+    found[tensor, part] = new
+    every = np.arange(size)
+    return found, np.stack([(each[:, None] + every).ravel() for each in (old, new)])
+
+
+def _are_new(source: Indices, before: CellParts, after: CellParts) -> Bools:
+    """Return which parts are of divided elements, or have other nodes, shape (part,)."""
+    is_divided = np.bincount(source, minlength=1)[source] > 1
+    return is_divided | (after.nodes != before.nodes[source]).any(axis=1)
+
+
+def _allocated(state: "State", phantoms: Phantoms, copied: Indices) -> Indices:
+    """Return phantom nodes for copies of nodes, shape (n,).
+
+    Args:
+        copied: Shape (n,).
+
+    Raises:
+        NotDivisible: A node has no more phantoms.
+    """
+    assert state.shares is not None
+    free = np.flatnonzero(state.shares[phantoms.nodes] == 0.0)
+    parents = phantoms.parents[free]
+    order = np.argsort(parents, kind="stable")
+    free, parents = free[order] + int(phantoms.nodes.start), parents[order]
+    wanted = state.network.parents[copied]
+    order = np.argsort(wanted, kind="stable")
+    _, count = np.unique(wanted, return_counts=True)
+    rank = np.empty(len(wanted), dtype=np.int64)
+    rank[order] = counted_up(count)
+    at = np.searchsorted(parents, wanted) + rank
+    there = at < len(parents)
+    there[there] = parents[at[there]] == wanted[there]
+    if not there.all():
+        node = int(state.network.node_ids[wanted[~there][0]])
+        raise NotDivisible(
+            f"more blades meet at node {node} of {phantoms.body} than its parts have nodes for"
+        )
+    return free[at]
+
+
+def carry_out(state: "State", division: Division) -> None:
+    """Divide the elements of a body; the state is changed in place."""
+    phantoms, copies, copied = division.phantoms, division.copies, division.copied
+    network = state.network
+    state.position = state.position.copy()
+    state.position[copies], state.velocity[copies] = (
+        state.position[copied], state.velocity[copied],
+    )  # fmt: skip
+    _share_masses(state, division)
+    state.velocity = np.ascontiguousarray(state.velocity)
+    flat = state.velocity.reshape(-1)
+    flat[division.moved[1]] = flat[division.moved[0]]
+    alive = state.alive.copy()
+    alive[division.lost] = False
+    for entities, new in zip(division.body.entities, division.is_new, strict=True):
+        alive[entities[new]] = True
+    _release(state, copies)
+    fields = network.elements_of(phantoms.body)
+    state.alive = alive
+    body = division.body
+    for each in zip(
+        fields, body.parts, body.entities, body.slots, division.measured, strict=True
+    ):
+        _put_elements(state, *each)
+    state.cut_bodies = {**state.cut_bodies, phantoms.body: division.body}
+    drawn = state.cut_cells or CutCells.none(network.node_count)
+    state.cut_cells = drawn.followed_by(drawn_parts(network, division))
+    _extend_sets(state, copies, copied)
+
+
+def _release(state: "State", copies: Indices) -> None:
+    """Make copies nodes of their own."""
+    embedding = state.embedding
+    assert embedding is not None
+    left = embedding.without(copies)
+    block = FieldBlock(EMBEDDING, EMBEDDING, left, None)
+    (state.put if len(left.nodes) else state.remove)(block)
+
+
+def _put_elements(
+    state: "State",
+    field: "SolidElements",
+    parts: CellParts,
+    entities: Indices,
+    slots: Indices,
+    measured: Measures,
+) -> None:
+    """Put the elements of a shape, after a cut, beside those of the drawn body."""
+    whole = parts.are_whole
+    cell = parts.cell[whole]
+    moved = (parts.nodes[whole] != field.nodes[cell]).any(axis=1)
+    if moved.any():
+        item, every = cell[moved], np.arange(np.count_nonzero(moved))
+        made = replace(
+            field.only(item), nodes=parts.nodes[whole][moved], walls=entities[whole][moved],
+            walled=every,
+        ).with_slots(slots[:, whole][:, moved])  # fmt: skip
+        name = f"the {field.shape.name} elements of {field.name} beside cuts"
+        state.put(FieldBlock(name, "elements", made, field.span))
+    own = parts.some(~whole)
+    if not len(own):
+        return
+    made = CutElements.parts_of(field, own.cell, own.nodes, measured, entities[~whole])
+    state.put(made.with_slots(slots[:, ~whole]).block)
+
+
+def _share_masses(state: "State", division: Division) -> None:
+    """Share masses and drag of copied nodes among their copies, by the matter around them."""
+    assert state.shares is not None
+    matter = np.zeros(len(state.shares))
+    fields = state.network.elements_of(division.phantoms.body)
+    for field, parts, measured in zip(
+        fields, division.body.parts, division.measured, strict=True
+    ):
+        own, are_whole = parts.some(~parts.are_whole), parts.are_whole
+        corners = state.network.position[own.drawn]
+        stiff = field.only(own.cell)
+        bulk = stiff.bulk_modulus / stiff.shear
+        each = [
+            (parts.nodes[are_whole], field.node_volumes[parts.cell[are_whole]]),
+            (own.nodes, node_volumes(own, corners, measured, bulk)),
+        ]
+        for nodes, volumes in each:
+            matter += np.bincount(nodes.ravel(), volumes.ravel(), len(matter))
+    copied, place = np.unique(division.copied, return_inverse=True)
+    every = np.concatenate([copied, division.copies])
+    lineage = np.concatenate([np.arange(len(copied)), place])
+    share = matter[every] / np.bincount(lineage, matter[every])[lineage]
+    before = copied[lineage]
+    mass, shares = state.mass.copy(), state.shares.copy()
+    mass[every] = state.mass[before] * share
+    shares[every] = state.shares[before] * share
+    state.mass, state.shares = mass, shares
+
+
+def _extend_sets(state: "State", copies: Indices, copied: Indices) -> None:
+    """Let copies be held, driven and pushed as the nodes are that they are copies of."""
+    is_copy = np.zeros(state.network.node_count, dtype=bool)
+    is_copy[copies] = True
+    of = np.arange(len(is_copy))
+    of[copies] = copied
+    for name, nodes in state.holders.items():
+        found = state.with_copies(nodes)
+        more = found[is_copy[found]]
+        if len(more):
+            state.holders[name] = np.union1d(nodes, more)
+    for name, motion in state.motions.items():
+        found = state.with_copies(np.unique(motion.nodes))
+        more = found[is_copy[found]]
+        if len(more):
+            row = np.full(len(of), -1)
+            row[motion.nodes] = np.arange(len(motion.nodes))
+            state.motions[name] = replace(
+                motion,
+                nodes=np.concatenate([motion.nodes, more]),
+                base=np.concatenate([motion.base, motion.base[row[of[more]]]]),
+            )
+    if (planes := state.symmetry) is not None:
+        found = state.with_copies(planes.nodes)
+        row = np.full(len(of), -1)
+        row[planes.nodes] = np.arange(len(planes.nodes))
+        row[is_copy] = row[of[is_copy]]
+        block = next(each for each in state.blocks.values() if each.field is planes)
+        extended = replace(planes, nodes=found, projections=planes.projections[row[found]])
+        state.put(replace(block, field=extended))
+    for name, load in state.loads.items():
+        state.loads[name] = _shared_load(state, load, is_copy, of)
+
+
+def _shared_load(state: "State", load, is_copy: Bools, of: Indices):
+    """Return a load that copies share with the nodes that they are copies of."""
+    found = state.with_copies(np.unique(load.nodes))
+    more = found[is_copy[found]]
+    if not len(more):
+        return load
+    assert state.shares is not None
+    total = np.zeros(len(of))
+    members = np.concatenate([np.unique(of[more]), more])
+    np.add.at(total, of[members], state.shares[members])
+    factors, nodes = load.factors, load.nodes
+    part = np.ones(len(of))
+    part[members] = state.shares[members] / total[of[members]]
+    entry = np.concatenate([np.flatnonzero(nodes == of[node]) for node in more])
+    copies = np.concatenate([np.full((nodes == of[node]).sum(), node) for node in more])
+    return replace(
+        load,
+        nodes=np.concatenate([nodes, copies]),
+        shares=np.concatenate([factors * part[nodes], factors[entry] * part[copies]]),
+    )
+
+
+def drawn_parts(network: Network, division: Division) -> CutCells:
+    """Return what is drawn of new parts: their matter, outer surface, and faces of the cut."""
+    found = CutCells.none(network.node_count)
+    fields = network.elements_of(division.phantoms.body)
+    cut, body, first = division.triangles, division.body, 0
+    columns = fields, body.parts, body.entities, division.is_new, outer_faces(body.parts)
+    for field, parts, entities, new, outer in zip(*columns, strict=True):
+        own = parts.some(new)
+        pieces = own.with_roots(np.ones(len(own), dtype=bool))
+        faces = PieceFaces.of(parts.shape, pieces)
+        is_outer = outer[new][pieces.part[faces.piece], faces.face]
+        kept = np.flatnonzero((faces.face >= 0) & is_outer | (faces.level >= 0))
+        corners = own.weights(pieces)
+        piece = faces.piece[kept]
+        surface = corners[piece[:, None], faces.corners[kept]]
+        side_parts, weights = [pieces.part[piece]], [surface]
+        are_cut = [faces.level[kept] >= 0]
+        number = np.cumsum(new) - 1
+        # Faces between two elements: those within elements are faces of pieces.
+        for side in range(2):
+            part = cut.parts[:, side] - first
+            here = (part >= 0) & (part < len(parts))
+            between = np.flatnonzero(here & division.are_between)
+            between = between[new[part[between]]]
+            xi = cut.shares[between, side] @ parts.division.corners[cut.roots[between, side]]
+            each = functions_at(parts.shape, xi).values
+            weights.append(each if side else each[:, ::-1])
+            side_parts.append(number[part[between]])
+            are_cut.append(np.ones(len(between), dtype=bool))
+        triangle_part = np.concatenate(side_parts)
+        every = np.concatenate(
+            [
+                corners.reshape(-1, corners.shape[2]),
+                np.concatenate(weights).reshape(-1, corners.shape[2]),
+            ]
+        )
+        host = np.concatenate([np.repeat(pieces.part, 4), np.repeat(triangle_part, 3)])
+        numbers, points = _riding(own.nodes[host], every, network.node_count)
+        split = 4 * len(pieces)
+        found = found.followed_by(
+            CutCells(
+                nodes=network.node_count, points=points, parts=entities[new],
+                wholes=field.walls[own.cell],
+                corners=_turned(numbers[:split].reshape(-1, 4), pieces),
+                owners=entities[new][pieces.part],
+                triangles=numbers[split:].reshape(-1, 3), borders=entities[new][triangle_part],
+                are_cut=np.concatenate(are_cut),
+            )
+        )  # fmt: skip
+        first += len(parts)
+    return found
+
+
+def _turned(corners: Indices, pieces: PartPieces) -> Indices:
+    """Return corners of pieces in an order with positive volume, shape (piece, 4)."""
+    return np.where((pieces.inside.sign < 0)[:, None], corners[:, [0, 2, 1, 3]], corners)
+
+
+def _riding(nodes: Indices, weights: Floats, count: int) -> tuple[Indices, WeightedSums]:
+    """Return numbers of points, and the sums that those from ``count`` on are.
+
+    Points with the same weights of the same nodes have one number, and those with one node
+    that of the node.
+
+    Args:
+        nodes: Hosts of each, shape (point, node).
+        weights: Dimensionless, shape (point, node).
+        count: Of all nodes.
+    """
+    is_host = np.abs(weights) > ROUNDING
+    hosts = np.where(is_host, nodes, -1)
+    order = np.argsort(hosts, axis=1, kind="stable")
+    hosts = np.take_along_axis(hosts, order, axis=1)
+    parts = np.take_along_axis(np.where(is_host, weights, 0.0), order, axis=1)
+    key = np.concatenate([hosts, np.round(parts / ROUNDING).astype(np.int64)], axis=1)
+    _, first, place = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    hosts, parts = hosts[first], parts[first]
+    own = hosts >= 0
+    is_node = own.sum(axis=1) == 1
+    number = np.where(is_node, hosts.max(axis=1), count + np.cumsum(~is_node) - 1)
+    hosts, parts, own = hosts[~is_node], parts[~is_node], own[~is_node]
+    sums = WeightedSums.of(own.sum(axis=1), hosts[own], parts[own])
+    return number[place.reshape(-1)], sums
