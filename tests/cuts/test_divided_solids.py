@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from tests.contact.scenes import play
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import same_on_two_threads, same_when_resumed
+from tissuec.forces.acting.embedding import EmbeddedNodes
 from tissuec.mechanics.cutting import NotDivisible, carry_out, divided
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
@@ -345,3 +346,17 @@ def test_the_gap_is_that_of_faces():
     ahead = snapshot.pieces == snapshot.pieces[state.position[:, 0].argmax()]
     state.position[ahead, 0] += 1e-3
     assert gap.sample((subject,), Snapshot.of(state))[0] == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_phantoms_of_glued_nodes_are_embedded_where_these_are():
+    # Node 2 hangs between 0 and 5, node 7 on 5; phantoms 1, 4 and 6 are of 2, 7 and 0.
+    glued = EmbeddedNodes(
+        nodes=np.array([2, 7]), first=np.array([0, 2, 3]), hosts=np.array([0, 5, 5]),
+        weights=np.array([1.25, -0.25, 1.0]), shares=np.array([0.75, 0.25, 1.0]),
+    )  # fmt: skip
+    joined = glued.joined_with(EmbeddedNodes.alone(np.array([1, 4, 6]), np.array([2, 7, 0])))
+    assert joined.nodes.tolist() == [1, 2, 4, 6, 7]
+    assert joined.first.tolist() == [0, 2, 4, 5, 6, 7]
+    assert joined.hosts.tolist() == [0, 5, 0, 5, 5, 0, 5]
+    assert joined.weights.tolist() == [1.25, -0.25, 1.25, -0.25, 1.0, 1.0, 1.0]
+    assert joined.shares.tolist() == [0.75, 0.25, 0.75, 0.25, 1.0, 1.0, 1.0]

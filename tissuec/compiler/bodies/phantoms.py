@@ -112,5 +112,5 @@ def parked(network: Network) -> FieldBlock:
 
     nodes = np.concatenate([numbers_in(part.nodes) for part in network.phantoms])
     field = EmbeddedNodes.alone(nodes, network.parents[nodes])
-    field = field if network.embedding is None else network.embedding.beside(field)
+    field = field if network.embedding is None else network.embedding.joined_with(field)
     return FieldBlock(EMBEDDING, EMBEDDING, field, None)

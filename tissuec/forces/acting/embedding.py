@@ -15,11 +15,12 @@ hand.
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.core.structs import replace
 from tissuec.forces.acting.embedding_kernel import collect
 from tissuec.forces.acting.load import Load
@@ -50,35 +51,29 @@ class EmbeddedNodes(Field, WeightedSums, frozen=True):
         first = np.arange(len(nodes) + 1)
         return cls(nodes=nodes, first=first, hosts=hosts, weights=ones, shares=ones)
 
-    def beside(self, others: "EmbeddedNodes") -> Self:
-        """Return these and others, with single hosts, which follow these where hosts do.
+    def joined_with(self, others: "EmbeddedNodes") -> Self:
+        """Return these nodes and others; hosts of others that are embedded here are replaced.
 
         Args:
-            others: With greater numbers than all of these.
+            others: With a single host each, see ``alone``. What has a host that is among these
+                nodes gets the hosts, weights and shares of that node.
         """
-        order = np.argsort(self.nodes)
-        at = np.searchsorted(self.nodes, others.hosts, sorter=order)
-        own = order[np.minimum(at, len(self.nodes) - 1)]
-        follows = self.nodes[own] == others.hosts
-        parts = [
-            np.arange(*self.first[k : k + 2]) if is_one else None
-            for k, is_one in zip(own, follows, strict=True)
-        ]
-        counts = [1 if part is None else len(part) for part in parts]
-
-        def joined(mine: NDArray[Any], single: NDArray[Any]) -> NDArray[Any]:
-            more = [
-                single[k : k + 1] if part is None else mine[part]
-                for k, part in enumerate(parts)
-            ]
-            return np.concatenate([mine, *more])
-
+        row = np.minimum(np.searchsorted(self.nodes, others.hosts), len(self.nodes) - 1)
+        follows = self.nodes[row] == others.hosts
+        # Entries of both, one behind the other; those of a node are counts[k] from starts[k].
+        starts = np.where(follows, self.first[row], len(self.hosts) + others.first[:-1])
+        starts = np.append(self.first[:-1], starts)
+        counts = np.append(self.counts, np.where(follows, self.counts[row], 1))
+        nodes = np.append(self.nodes, others.nodes)
+        order = np.argsort(nodes)
+        starts, counts = starts[order], counts[order]
+        entries = np.repeat(starts, counts) + counted_up(counts)
         return type(self)(
-            nodes=np.concatenate([self.nodes, others.nodes]),
-            first=np.concatenate([self.first, self.first[-1] + np.cumsum(counts)]),
-            hosts=joined(self.hosts, others.hosts),
-            weights=joined(self.weights, others.weights),
-            shares=joined(self.shares, others.shares),
+            nodes=nodes[order],
+            first=np.append(0, np.cumsum(counts)),
+            hosts=np.append(self.hosts, others.hosts)[entries],
+            weights=np.append(self.weights, others.weights)[entries],
+            shares=np.append(self.shares, others.shares)[entries],
         )
 
     def without(self, nodes: Indices) -> Self:
@@ -157,8 +152,8 @@ class EmbeddedNodes(Field, WeightedSums, frozen=True):
         on = embedded >= 0
         if not on.any():
             return load
-        counts = np.diff(self.first)[embedded[on]]
-        entries = np.concatenate([np.arange(*self.first[k : k + 2]) for k in embedded[on]])
+        counts = self.counts[embedded[on]]
+        entries = np.repeat(self.first[embedded[on]], counts) + counted_up(counts)
         factors = load.factors
         shares = np.repeat(factors[on], counts) * self.weights[entries]
         return replace(
