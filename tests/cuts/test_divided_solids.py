@@ -102,7 +102,8 @@ def test_the_area_is_that_of_the_section():
     state = state_of(scene())
     division = cut(state, (11.2, 5, 5), (1, 0, 0.2))
     expected = 100e-6 * np.sqrt(1.04)
-    assert division.areas(state.network.position).sum() == pytest.approx(expected, rel=1e-12)
+    areas = division.triangles.areas(division.body.parts, state.network.position)
+    assert areas.sum() == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("mesh", [LATTICE, ROUND])

@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 
 Bools = NDArray[np.bool_]
 ROUNDING = 1e-12  # weights that are zero, and differences of those that are equal
-#: Of the section of a cell, what a blade has to cover; half of it, to rounding. Below, the cell
-#: stays whole.
-LEAST_SHARE = 0.5 - 1e-9
 
 
 class NotDivisible(Exception):
@@ -113,25 +110,6 @@ class Division(Struct, frozen=True, eq=False):
     measured: tuple[Measures, ...]
     triangles: CutTriangles
     are_between: Bools
-
-    def position(self, position: Floats) -> Floats:
-        """Return places of all nodes, copies where what they are copies of is [m].
-
-        Args:
-            position: Of all nodes before the cut [m], shape (node, 3).
-        """
-        found = position.copy()
-        found[self.copies] = found[self.copied]
-        return found
-
-    def areas(self, position: Floats) -> Floats:
-        """Return areas of the triangles [m²], shape (triangle,).
-
-        Args:
-            position: Of all nodes, drawn or after the cut [m], shape (node, 3).
-        """
-        a, b, c = self.triangles.places(self.body.parts, position).swapaxes(0, 1)
-        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 def divided(

@@ -18,7 +18,7 @@ from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
 from tissuec.model.blocks import EMBEDDING, KINDS, OF_ELEMENTS, SYMMETRY, FieldBlock
 from tissuec.model.cut_cells import CutCells
-from tissuec.model.edges import edges_of, elements_at, joined_pairs, without
+from tissuec.model.edges import bare_edges, joined_pairs, without
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
@@ -342,10 +342,7 @@ class State(Struct, eq=False):
         """
         self.alive = self.alive.copy()
         self.alive[broken] = False
-        edges = edges_of(self.network, broken)
-        beside = elements_at(self.network, edges)
-        held = edges_of(self.network, beside[self.alive[beside]])
-        edges = np.setdiff1d(edges[self.alive[edges]], held)
+        edges = bare_edges(self.network, self.alive, broken)
         self.alive[edges] = False
         return edges
 

@@ -43,6 +43,19 @@ def edges_of(network: Network, entities: Indices) -> Indices:
     return found[found >= network.spring_count]
 
 
+def bare_edges(network: Network, alive: NDArray[np.bool_], lost: Indices) -> Indices:
+    """Return the edges that only lost elements have, ascending, shape (n,).
+
+    Args:
+        alive: Which entities there are, without those that are lost, shape (entity,).
+        lost: The elements, as entities; others have no edges, shape (m,).
+    """
+    edges = edges_of(network, lost)
+    beside = elements_at(network, edges)
+    held = edges_of(network, beside[alive[beside]])
+    return np.setdiff1d(edges[alive[edges]], held)
+
+
 def without(network: Network, alive: NDArray[np.bool_], entities: Indices) -> NDArray[np.bool_]:
     """Return which entities are left without some, and without the elements at them.
 

@@ -5,8 +5,6 @@ blades close, it is divided when they reach the middle of its section. Heights o
 the blade are those at the beginning, so that the surfaces of neighbours adjoin.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,30 +13,25 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
-from tissuec.core.units import ENERGY, show, show_in
 from tissuec.geometry.blade_sections import SectionWidths, met_edges, shares_of_polygons
-from tissuec.geometry.cut_cells.cutting import near_heights
+from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights
 from tissuec.geometry.cut_cells.parts import CellParts
-from tissuec.mechanics.cutting import (
-    LEAST_SHARE,
-    CutBody,
-    Division,
-    NotDivisible,
-    carry_out,
-    divided,
-)
-from tissuec.model.edges import edges_of
+from tissuec.mechanics.cutting import CutBody, Division, NotDivisible, carry_out, divided
+from tissuec.model.edges import bare_edges
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent
-from tissuec.script.verbs.cut_surface import ON_PLANE, Blade, CutSurface
+from tissuec.script.verbs.closing import begin_closing, cut_event
+from tissuec.script.verbs.cut_surface import Blade, CutSurface
 from tissuec.script.verbs.holding import sentence
-from tissuec.script.verbs.motion import schedule, when
 
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
+#: Of the section of a cell, what a blade has to cover; half of it, to rounding. Below, the cell
+#: stays whole.
+LEAST_SHARE = 0.5 - 1e-9
 
 
 class BladeWay(Struct, frozen=True, eq=False):
@@ -66,11 +59,7 @@ class BladeWay(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, state: "State", body: str, blade: Blade) -> "BladeWay | None":
-        """Return a blade as the solid lies now; None if it divides nothing.
-
-        Raises:
-            NotDivisible: The reserve of the body is exhausted.
-        """
+        """Return a blade as the solid lies now; None if it divides nothing."""
         heights = (state.position - blade.origin) @ blade.normal
         before = CutBody.of(state, body)
         near = near_heights(before.parts, state.position)
@@ -87,10 +76,10 @@ class BladeWay(Struct, frozen=True, eq=False):
             return None
         # What is left whole is entered with what is divided.
         reach = np.minimum(reach, reach[divides].max())
-        division = divided(state, body, heights, _among(before, entities[covered > 0.0]))
-        if division is None:
+        found = cut(before.parts, heights, _among(before, entities[covered > 0.0]), near)
+        if not len(found.copied):
             return None
-        surface, former = _surface(state, division, before, blade)
+        surface, former = _surface(state, body, before, found, blade)
         place = np.searchsorted(entities, former)
         areas, energies = (
             np.bincount(place, each, len(entities))
@@ -114,11 +103,9 @@ class BladeWay(Struct, frozen=True, eq=False):
         heights[division.copies] = heights[division.copied]
         carry_out(state, division)
         network, lost = state.network, division.lost
-        edges = edges_of(network, lost)
+        edges = bare_edges(network, state.alive, lost)
         ahead = heights[network.line_ends[edges]] >= 0.0
-        edges = edges[ahead.any(axis=1) & ~ahead.all(axis=1) & state.alive[edges]]
-        there = np.arange(network.line_count, network.entity_count)
-        edges = np.setdiff1d(edges, edges_of(network, there[state.alive[there]]))
+        edges = edges[ahead.any(axis=1) & ~ahead.all(axis=1)]
         state.alive[edges] = False
         return replace(self, heights=heights), np.union1d(lost, edges)
 
@@ -161,25 +148,24 @@ def _met(
 
 
 def _surface(
-    state: "State", division: Division, before: CutBody, blade: Blade
+    state: "State", body: str, before: CutBody, found: DividedCells, blade: Blade
 ) -> tuple[CutSurface, Indices]:
     """Return the surface of a cut, triangle by triangle, and the element that each was in.
 
     Areas are as drawn, of what lies within the blade.
     """
-    network, triangles = state.network, division.triangles
+    network, triangles = state.network, found.cut
     resistance, former = list[Floats](), list[Indices]()
-    fields = network.elements_of(division.phantoms.body)
     for field, parts, entities, source in zip(
-        fields, division.body.parts, before.entities, division.source, strict=True
+        network.elements_of(body), found.groups, before.entities, found.source, strict=True
     ):
         known = None
         if network.cutting is not None:
             known = network.cutting.elements.get(field.block.name)
         resistance.append(np.zeros(len(parts)) if known is None else known[parts.cell])
         former.append(entities[source])
-    areas = division.areas(network.position)
-    places = triangles.places(division.body.parts, division.position(state.position))
+    areas = triangles.areas(found.groups, found.with_copies(network.position))
+    places = triangles.places(found.groups, found.with_copies(state.position))
     plain = (places - blade.origin) @ np.linalg.pinv(blade.spans)
     if any(blade.limited):
         areas = areas * shares_of_polygons(plain, blade.limited)
@@ -191,45 +177,28 @@ def _surface(
     return CutSurface.of_widths(areas, energies, widths), of
 
 
-class BladeDividing(Struct, frozen=True, eq=False):
-    """Closing blades that have come so far along their edge, through a solid."""
-
-    cut: "SolidCut"
-    profile: TimeProfile
-    stop: float  # [s]
-    way: str  # key of the ``BladeWay`` in the state
-
-    @property
-    def span(self) -> Span:
-        """Return the sentence."""
-        return self.cut.span
-
-    def apply(self, state: "State", queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        """Divide what the blades have reached."""
-        come = 1.0 if state.time >= self.stop else self.profile.at(state.time)[0]
-        rest, events = _divide(state, state.blades[self.way], come + ON_PLANE, self.span)
-        state.blades = {**state.blades, self.way: rest}
-        if state.time >= self.stop:
-            state.closing = tuple(one for one in state.closing if one.profile.stop > self.stop)
-            state.blades = {key: one for key, one in state.blades.items() if key != self.way}
-        return events
-
-
 class SolidCut(Struct, frozen=True, eq=False):
     """A cut through a solid; see ``verbs.cut.Cut``.
 
     Attributes:
         body: Name of the solid.
+        time: When it begins [s].
         profile: Of blades that close; None where all is cut at once.
         duration: Of their closing [s]; None where it is not given.
     """
 
     body: str
+    time: float
     blade: Blade
     profile: TimeProfile | None
     duration: float | None
     span: Span
     tool: str
+
+    @property
+    def way(self) -> str:
+        """Return the key of its ``BladeWay`` in the state, while blades close."""
+        return f"{self.span.place} {self.time!r}"
 
     def apply(self, state: "State", queue: EventQueue) -> tuple[LoggedEvent, ...]:
         """Carry out the cut, or begin it.
@@ -237,49 +206,44 @@ class SolidCut(Struct, frozen=True, eq=False):
         Raises:
             ActionFailed: The reserve of the body is exhausted.
         """
-        text = sentence(self.span)
-        with _stopping(self.span):
-            way = BladeWay.of(state, self.body, self.blade)
+        way = BladeWay.of(state, self.body, self.blade)
         if way is None:
-            note = f"{text}: no element to divide"
+            note = f"{sentence(self.span)}: no element to divide"
             return (LoggedEvent("note", (), note, self.span),)
         if self.profile is None:
-            return _divide(state, way, 1.0, self.span)[1]
-        (begun,), stop = schedule(queue, (self.profile,), state.time, self.duration)
-        if state.network.cutting is not None:
-            force = way.surface.force(self.tool, self.blade, begun)
-            state.closing = (*state.closing, force)
-        key = f"{self.span.place} {state.time!r}"
-        state.blades = {**state.blades, key: way}
-        shares = np.unique(np.append(np.round(way.reach[way.divides], 9), 1.0))
-        times = np.unique([when(begun, share, state.time, stop) for share in shares])
-        for time in times.tolist():
-            queue.add(time, BladeDividing(self, begun, stop, key))
-        return (LoggedEvent("stroke", (), f"start of: {text}", self.span),)
+            return self._divide(state, way, 1.0)[1]
+        state.blades = {**state.blades, self.way: way}
+        shares = np.round(way.reach[way.divides], 9)
+        surface = None if state.network.cutting is None else way.surface
+        return (begin_closing(self, self.profile, shares, surface, state, queue),)
 
+    def until(self, state: "State", share: float) -> tuple[LoggedEvent, ...]:
+        """Divide what there is up to a share of the edge.
 
-@contextmanager
-def _stopping(span: Span) -> Iterator[None]:
-    """End the run where the reserve of a body is exhausted."""
-    try:
-        yield
-    except NotDivisible as error:
-        raise ActionFailed(str(error), None, span) from error
+        Raises:
+            ActionFailed: The reserve of the body is exhausted.
+        """
+        way = state.blades.get(self.way)
+        if way is None:  # all of it has been divided
+            return ()
+        rest, events = self._divide(state, way, share)
+        state.blades = {key: one for key, one in state.blades.items() if key != self.way}
+        if share < 1.0:
+            state.blades[self.way] = rest
+        return events
 
-
-def _divide(
-    state: "State", way: BladeWay, share: float, span: Span
-) -> tuple[BladeWay, tuple[LoggedEvent, ...]]:
-    """Divide elements; return the rest of the way and the event, if there are any."""
-    with _stopping(span):
-        division = way.until(state, share)
-    if division is None:
-        return way, ()
-    reached = way.reach <= share
-    area, energy = (float(each[reached].sum()) for each in (way.areas, way.energies))
-    text = sentence(span)
-    if energy > 0.0:
-        text = f"{text} ({show_in(area, 'mm^2')}, {show(energy, ENERGY)})"
-    way = replace(way, areas=way.areas * ~reached, energies=way.energies * ~reached)
-    rest, lost = way.divide(state, division)
-    return rest, (LoggedEvent("cut", tuple(lost.tolist()), text, span),)
+    def _divide(
+        self, state: "State", way: BladeWay, share: float
+    ) -> tuple[BladeWay, tuple[LoggedEvent, ...]]:
+        """Divide elements; return the rest of the way, and the event if there are any."""
+        try:
+            division = way.until(state, share)
+        except NotDivisible as error:
+            raise ActionFailed(str(error), None, self.span) from error
+        if division is None:
+            return way, ()
+        reached = way.reach <= share
+        area, energy = (float(each[reached].sum()) for each in (way.areas, way.energies))
+        left = replace(way, areas=way.areas * ~reached, energies=way.energies * ~reached)
+        rest, lost = left.divide(state, division)
+        return rest, (cut_event(self.span, lost, area, energy),)

@@ -45,6 +45,14 @@ class DividedCells(Struct, frozen=True, eq=False):
     joins: PartFaces
     cut: CutTriangles
 
+    def with_copies(self, values: Floats) -> Floats:
+        """Return values of present nodes, and those of new nodes, shape (node + new node, …).
+
+        Args:
+            values: Of present nodes in any unit, shape (node, …).
+        """
+        return np.concatenate([values, values[self.copied]])
+
 
 class _Division(Struct, frozen=True, eq=False):
     """Parts of one shape on both sides, still with their former nodes and sides.

@@ -61,6 +61,11 @@ class CutTriangles(Struct, frozen=True, eq=False):
             found[own] = weights @ position[each.nodes[self.parts[own, side] - low]]
         return found
 
+    def areas(self, groups: Sequence[CellParts], position: Floats) -> Floats:
+        """Return areas [m²], shape (triangle,); for arguments see ``places``."""
+        a, b, c = self.places(groups, position).swapaxes(0, 1)
+        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
 
 def facing_triangles(
     groups: Sequence[CellParts], faces: PartFaces, sign: Sides

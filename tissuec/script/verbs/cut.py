@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.core.units import ENERGY, LENGTH, show, show_in
+from tissuec.core.units import LENGTH
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
@@ -24,9 +24,9 @@ from tissuec.script.parts import (
     point,
 )
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.cut_surface import ON_PLANE, Blade, cut_surface, plane, strip, stroke
+from tissuec.script.verbs.closing import begin_closing, cut_event
+from tissuec.script.verbs.cut_surface import Blade, cut_surface, plane, strip, stroke
 from tissuec.script.verbs.holding import sentence
-from tissuec.script.verbs.motion import schedule, when
 
 OfBody = Annotated[Group, SubjectPart("springs", (BODY,))]
 SCISSORS = "scissors"  # the kind of tool that can be named in a cut
@@ -185,8 +185,8 @@ class Cut(Struct, frozen=True):
         if blade is not None and state.network.phantoms_of(name) is not None:
             from tissuec.script.dividing import SolidCut  # where there are solids
 
-            known = name, blade, self.profile, self.duration, self.span, self.tool
-            return SolidCut(*known).apply(state, queue)
+            known = blade, self.profile, self.duration, self.span, self.tool
+            return SolidCut(name, state.time, *known).apply(state, queue)
         if self.profile is not None:
             return self._begin(self.profile, state, queue)
         lines, _ = self.found(state)
@@ -198,16 +198,16 @@ class Cut(Struct, frozen=True):
     def _begin(
         self, profile: TimeProfile, state: State, queue: EventQueue
     ) -> tuple[LoggedEvent, ...]:
-        (begun,), stop = schedule(queue, (profile,), state.time, self.duration)
-        lines, found = self.found(state)
-        shares = np.unique(np.append(found, 1.0))
-        if state.network.cutting is not None and self.blade is not None:
-            force = cut_surface(state, lines, self.blade).force(self.tool, self.blade, begun)
-            state.closing = (*state.closing, force)
-        for time in np.unique([when(begun, share, state.time, stop) for share in shares]):
-            queue.add(float(time), BladeClosing(self, begun, stop))
-        text = f"start of: {sentence(self.span)}"
-        return (LoggedEvent("stroke", (), text, self.span),)
+        lines, shares = self.found(state)
+        resists = state.network.cutting is not None
+        surface = cut_surface(state, lines, self.blade) if resists else None
+        return (begin_closing(self, profile, shares, surface, state, queue),)
+
+    def until(self, state: State, share: float) -> tuple[LoggedEvent, ...]:
+        """Cut what is there now up to a share of the edge, and return the event if any."""
+        lines, at = self.found(state)
+        reached = lines[at <= share]
+        return (sever(state, reached, self),) if len(reached) else ()
 
     def found(self, state: State) -> tuple[Indices, Floats]:
         """Return the intact lines that the blade crosses, and where along its edge.
@@ -224,26 +224,6 @@ class Cut(Struct, frozen=True):
         return lines[across], share[across]
 
 
-class BladeClosing(Struct, frozen=True, eq=False):
-    """Closing blades that have come so far along their edge."""
-
-    cut: Cut
-    profile: TimeProfile
-    stop: float  # [s]
-
-    @property
-    def span(self) -> Span:
-        return self.cut.span
-
-    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        lines, share = self.cut.found(state)
-        come = 1.0 if state.time >= self.stop else self.profile.at(state.time)[0]
-        reached = lines[share <= come + ON_PLANE]
-        if state.time >= self.stop:
-            state.closing = tuple(one for one in state.closing if one.profile.stop > self.stop)
-        return (sever(state, reached, self.cut),) if len(reached) else ()
-
-
 def sever(state: State, lines: Indices, cut: Cut) -> LoggedEvent:
     """Remove lines for good and return the event, with its area and energy if it takes any.
 
@@ -251,11 +231,9 @@ def sever(state: State, lines: Indices, cut: Cut) -> LoggedEvent:
         state: Changed in place.
         lines: Springs and edges of elements, shape (n,).
     """
-    text = sentence(cut.span)
+    area = energy = 0.0
     if state.network.cutting is not None:
         surface = cut_surface(state, lines, cut.blade)
-        if surface.energy > 0.0:
-            area, energy = show_in(surface.area, "mm^2"), show(surface.energy, ENERGY)
-            text = f"{text} ({area}, {energy})"
+        area, energy = surface.area, surface.energy
     state.lose(lines)
-    return LoggedEvent("cut", tuple(lines.tolist()), text, cut.span)
+    return cut_event(cut.span, lines, area, energy)

@@ -158,19 +158,3 @@ def schedule(
 def _shift(motion: PrescribedMotion, time: float) -> Floats:
     """Return how far the translations of a motion have gone [m], shape (3,)."""
     return sum((term.profile.at(time)[0] * term.vector for term in motion.shifts), np.zeros(3))
-
-
-def when(profile: TimeProfile, share: float, start: float, stop: float) -> float:
-    """Return the time at which a profile that rises from 0 to 1 reaches a share [s].
-
-    The time is found by bisection.
-
-    Args:
-        share: Value to be reached, 0 to 1.
-        start: Time before it [s].
-        stop: Time after it [s].
-    """
-    for _ in range(60):
-        middle = 0.5 * (start + stop)
-        start, stop = (middle, stop) if profile.at(middle)[0] < share else (start, middle)
-    return stop
