@@ -20,6 +20,15 @@ def opened(path: Path) -> Any:
     return reader
 
 
+def frame(path: Path, number: int) -> Any:
+    """Return a frame of a file as a grid of PyVista."""
+    pyvista = pytest.importorskip("pyvista")
+    reader = opened(path)
+    reader.SetStep(number)
+    reader.Update()
+    return pyvista.wrap(reader.GetOutput())
+
+
 def cells_of(data: Any, kind: int) -> Any:
     """Return the points of the cells of a type, shape (cell, point)."""
     from vtkmodules.util.numpy_support import vtk_to_numpy

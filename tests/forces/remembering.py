@@ -66,7 +66,7 @@ def strains(made, drawn, position):
 
 
 def rates(made, position, velocity):
-    """Return what the kernel adds to rows of variables, their rates [m/s²]."""
+    """Return the rates that the kernel adds to rows of variables [m/s²]."""
     found, power = np.zeros_like(velocity), np.zeros(2)
     table = made.table(np.arange(len(velocity)), None, position)
     places = np.zeros_like(velocity)

@@ -74,7 +74,7 @@ def slice_area(planes, z):
 
 
 def four_volumes(first, second):
-    """Return what two planes make of a unit cube, in ascending order [m³]."""
+    """Return the parts of a unit cube that two planes cut, in ascending order [m³]."""
     both = wedge_volume(first, second)
     one, other = in_cube(*first)[0], in_cube(*second)[0]
     return np.sort([both, one - both, other - both, 1.0 - one - other + both])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.results.cut_block import CUT, FRAMES, SCENE, SHARE, TIMES, H, cut_block
-from tests.vtk_reading import opened
+from tests.vtk_reading import frame, opened
 from tissuec.core.structs import replace
 from tissuec.model.cut_cells import CutCells
 from tissuec.results.conversion import to_pyvista
@@ -34,13 +34,6 @@ def block():
 @pytest.fixture(scope="module")
 def path(block, tmp_path_factory):
     return block.saved(tmp_path_factory.mktemp("cut") / "block.vtkhdf")
-
-
-def frame(path, number):
-    reader = opened(path)
-    reader.SetStep(number)
-    reader.Update()
-    return pyvista.wrap(reader.GetOutput())
 
 
 def check_pieces(grid):

@@ -10,7 +10,7 @@ import tissuec
 from tests.every import every
 from tests.findings import finding_of
 from tests.test_cli import tissuec as command
-from tests.vtk_reading import BRICK, HEXAHEDRON, TETRAHEDRON, WEDGE, opened
+from tests.vtk_reading import BRICK, HEXAHEDRON, TETRAHEDRON, WEDGE, frame, opened
 from tissuec.geometry.elements import CUBE, CUBE_27, MIDDLES, SHAPES
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.formats import read as read_mesh
@@ -79,13 +79,6 @@ def runs(tmp_path_factory):
         )
         for kind in MADE
     }
-
-
-def frame(path, number):
-    reader = opened(path)
-    reader.SetStep(number)
-    reader.Update()
-    return pyvista.wrap(reader.GetOutput())
 
 
 def corners_of(name):

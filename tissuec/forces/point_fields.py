@@ -825,7 +825,7 @@ class PointField(ElementField, frozen=True, dict=True):
     @property
     def tensor_size(self) -> int:
         """Return how many numbers a tensor has at all points of an element."""
-        return self.points * sum(len(each.at[0]) for each in self._stored[:1])
+        return self.points * max((each.numbers for each in self._stored), default=0)
 
     @property
     def slots(self) -> Indices:

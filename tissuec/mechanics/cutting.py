@@ -115,7 +115,7 @@ class Division(Struct, frozen=True, eq=False):
 def divided(
     state: "State", name: str, heights: Floats, active: tuple[Bools, ...] | None = None
 ) -> Division | None:
-    """Return what a surface makes of a body; None if it divides nothing.
+    """Return the division of a body by a surface; None if it divides nothing.
 
     Args:
         name: Of the body.
@@ -380,7 +380,7 @@ def _shared_load(state: "State", load, is_copy: Bools, of: Indices):
 
 
 def drawn_parts(network: Network, division: Division) -> CutCells:
-    """Return what is drawn of new parts: their matter, outer surface, and faces of the cut."""
+    """Return the drawing of new parts: their matter, outer surface, and cut faces."""
     found = CutCells.none(network.node_count)
     fields = network.elements_of(division.phantoms.body)
     cut, body, first = division.triangles, division.body, 0

@@ -375,20 +375,6 @@ class State(Struct, eq=False):
             if block.kind == "elements" and name not in drawn
         )
 
-    def parts_of(self, field: Any) -> Any:
-        """Return the ``cut_cells.parts.CellParts`` of elements; None where they are whole.
-
-        Args:
-            field: Elements that are there.
-        """
-        if not field.is_cut:
-            return None
-        body = self.cut_bodies[field.name]
-        for parts, entities in zip(body.parts, body.entities, strict=True):
-            if parts.shape == field.shape.name:
-                return parts.some(np.isin(entities, field.walls))
-        return None
-
     @property
     def is_cut(self) -> bool:
         """Return whether nodes have copies by cuts."""

@@ -422,7 +422,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return found
 
     def phantoms_of(self, body: str) -> Phantoms | None:
-        """Return what a body has in reserve for cuts, by its name; None without any."""
+        """Return the reserve of a body for cuts, by its name; None if it has none."""
         return next((part for part in self.phantoms if part.body == body), None)
 
     def body_at(self, node: int) -> BodyPart:

@@ -54,7 +54,7 @@ class RecordedCutCells(Struct, frozen=True, eq=False):
         items: Indices,
         solids: ElementCells,
     ) -> Self:
-        """Return what is recorded of a table.
+        """Return the recorded part of a table.
 
         Args:
             table: All of it.

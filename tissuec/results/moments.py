@@ -161,7 +161,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         return every[there], there
 
     def _cells(self, row: int) -> Cells:
-        """Return what exists in a row."""
+        """Return the cells that exist in a row."""
         trajectory, frame = self.trajectory, int(self.frames[row])
         if frame >= 0:
             return trajectory.cells(frame)

@@ -88,7 +88,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         return cls(body, heights, entities, reach, divides, areas, energies, surface)
 
     def until(self, state: "State", share: float) -> Division | None:
-        """Return what it divides up to a share of its edge, of what exists now.
+        """Return the division of what exists now, up to a share of its edge.
 
         Raises:
             NotDivisible: The reserve of the body is exhausted.

@@ -190,7 +190,7 @@ class Equations:
         match block.kind:
             case "elements":
                 given = field, state.network.position, state.velocity
-                return ElementSolid(*given, state.parts_of(field))
+                return ElementSolid(*given, _parts_of(field, state))
             case "membranes":
                 return MembraneWall(field, state.velocity)
             case "volume":
@@ -544,6 +544,21 @@ class Equations:
         place = ROUNDING * length
         strain = self.stiffest * place * length
         return ErrorScales(place, place * fastest, strain)
+
+
+def _parts_of(field: Any, state: "State") -> Any:
+    """Return the ``cut_cells.parts.CellParts`` of elements; None where they are whole.
+
+    Args:
+        field: Elements that are there.
+    """
+    if not field.is_cut:
+        return None
+    body = state.cut_bodies[field.name]
+    for parts, entities in zip(body.parts, body.entities, strict=True):
+        if parts.shape == field.shape.name:
+            return parts.some(np.isin(entities, field.walls))
+    return None
 
 
 def largest(vectors: Floats) -> float:

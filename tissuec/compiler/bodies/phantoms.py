@@ -39,13 +39,12 @@ def _cut_names(items: Iterable[s.Item]) -> Iterable[str]:
 
 
 def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
-    """Return what a body needs for a number of cuts.
+    """Return the reserve that a solid needs for a number of cuts, at least one.
 
     Quadratic hexahedra, and elements that can break, are removed where they are cut.
     """
-    solids = [each for each in body.elements if not body.body.is_wall]
-    kept = any(each.shape.functions > 1 or each.limits is not None for each in solids)
-    if not cuts or not solids or kept:
+    solids = body.elements
+    if any(each.shape.functions > 1 or each.limits is not None for each in solids):
         return NO_RESERVE
     copies = 2 ** min(cuts, MOST)
     elements = sum(each.item_count for each in solids)
@@ -53,10 +52,10 @@ def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
 
 
 def with_phantoms(body: BodyArrays, cuts: int) -> BodyArrays:
-    """Return a body with its reserve for cuts.
+    """Return a solid with its reserve for cuts.
 
     Args:
-        cuts: How many sentences cut it.
+        cuts: How many sentences cut it, at least one.
     """
     reserve = reserve_of(body, cuts)
     if not reserve.nodes:

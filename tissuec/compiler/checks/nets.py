@@ -40,9 +40,9 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
     """W301: a body that falls apart before anything is cut."""
     for body, ends in _bodies(compiled, with_joints=True):
         # Nodes without any spring are a matter of their own.
-        has_springs = np.zeros(_size(body), dtype=bool)
+        has_springs = np.zeros(body.size.nodes, dtype=bool)
         has_springs[ends.ravel()] = True
-        found = topology.pieces(_size(body), ends)[has_springs]
+        found = topology.pieces(body.size.nodes, ends)[has_springs]
         count = np.count_nonzero(np.bincount(found))
         if count > 1:
             yield Diagnostic(
@@ -61,7 +61,7 @@ def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
         if not len(ends):
             continue
         own = joined[(joined >= body.nodes.start) & (joined < body.nodes.stop)]
-        bare = np.ones(_size(body), dtype=bool)
+        bare = np.ones(body.size.nodes, dtype=bool)
         bare[ends] = bare[own - body.nodes.start] = False
         if loose := int(np.count_nonzero(bare)):
             yield Diagnostic(
@@ -414,7 +414,3 @@ def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
     springs = numbers_in(body.springs)
     further = network.body_springs + np.flatnonzero(beside)
     return nodes.astype(np.int64), np.append(springs, further)
-
-
-def _size(body: BodyPart) -> int:
-    return body.size.nodes

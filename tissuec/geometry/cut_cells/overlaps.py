@@ -41,7 +41,7 @@ class Overlaps(Struct, frozen=True, eq=False):
 def overlaps(
     groups: Sequence[CellParts], chosen: Sequence[Bools], alone: bool = True
 ) -> Overlaps:
-    """Return what parts of different cells have in common in faces.
+    """Return the common areas of faces of different cells.
 
     Args:
         groups: Parts of cells, those of each shape.
@@ -249,7 +249,7 @@ def turned_areas(shares: Floats) -> Floats:
 
 
 def _intersections(first: Floats, second: Floats) -> Floats:
-    """Return what pairs of triangles have in common, shape (pair, corner, 3).
+    """Return the intersections of pairs of triangles, shape (pair, corner, 3).
 
     Corners of polygons with fewer are repeated; those of empty ones are all the same.
 
@@ -268,7 +268,7 @@ def _intersections(first: Floats, second: Floats) -> Floats:
 
 
 def _cut_off(polygon: Floats, count: Indices, height: Floats) -> tuple[Floats, Indices]:
-    """Return what of convex polygons has positive heights, and numbers of corners."""
+    """Return convex polygons without negative heights, and their numbers of corners."""
     places = np.arange(int(polygon.shape[1]))
     is_own = places < count[:, None]
     after = np.where(places + 1 < count[:, None], places + 1, 0)
