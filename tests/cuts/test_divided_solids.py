@@ -102,7 +102,7 @@ def test_the_area_is_that_of_the_section():
     state = state_of(scene())
     division = cut(state, (11.2, 5, 5), (1, 0, 0.2))
     expected = 100e-6 * np.sqrt(1.04)
-    areas = division.triangles.areas(division.body.parts, state.network.position)
+    areas = division.triangles.sizes(division.body.parts, state.network.position)
     assert areas.sum() == pytest.approx(expected, rel=1e-12)
 
 

@@ -43,7 +43,8 @@ def functions(shape: str, xi: Floats) -> NodeFunctions:
     Args:
         shape: Name of the shape of the element.
         xi: Natural coordinates, of which those of tetrahedra and the first two of wedges are
-            the shares of all corners but the first, shape (point, 3).
+            the shares of all corners but the first, shape (point, 3), or (point, 2) of
+            triangles.
     """
     match shape:
         case "hexahedron":
@@ -53,6 +54,10 @@ def functions(shape: str, xi: Floats) -> NodeFunctions:
         case "wedge":
             flat = np.column_stack([1.0 - xi[:, 0] - xi[:, 1], xi[:, :2]])
             return prismatic(flat, xi[:, 2])
+        case "triangle":
+            shares = np.column_stack([1.0 - xi.sum(axis=1), xi])
+            steep = np.vstack([-np.ones(2), np.eye(2)])
+            return NodeFunctions(shares, np.broadcast_to(steep, (len(xi), 3, 2)))
         case _:
             return quadratic(np.column_stack([1.0 - xi.sum(axis=1), xi]))
 

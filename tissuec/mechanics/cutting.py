@@ -21,7 +21,7 @@ from tissuec.geometry.cut_cells.masses import node_volumes
 from tissuec.geometry.cut_cells.overlaps import offsets
 from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, functions_at
 from tissuec.geometry.cut_cells.quadrature import measures
-from tissuec.geometry.cut_cells.sections import CutTriangles
+from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.geometry.elements import Measures
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.cut_cells import CutCells, WeightedSums
@@ -108,7 +108,7 @@ class Division(Struct, frozen=True, eq=False):
     copies: Indices
     copied: Indices
     measured: tuple[Measures, ...]
-    triangles: CutTriangles
+    triangles: CutFacets
     are_between: Bools
 
 

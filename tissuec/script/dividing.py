@@ -164,7 +164,7 @@ def _surface(
             known = network.cutting.elements.get(field.block.name)
         resistance.append(np.zeros(len(parts)) if known is None else known[parts.cell])
         former.append(entities[source])
-    areas = triangles.areas(found.groups, found.with_copies(network.position))
+    areas = triangles.sizes(found.groups, found.with_copies(network.position))
     places = triangles.places(found.groups, found.with_copies(state.position))
     plain = (places - blade.origin) @ np.linalg.pinv(blade.spans)
     if any(blade.limited):

@@ -200,15 +200,16 @@ def _extents(parts: CellParts, chosen: Indices, ends: Indices) -> tuple[Floats, 
     place = np.cumsum(mask) - 1
     pieces = parts.with_roots(mask)
     own = place[pieces.part]
-    shares = np.zeros((len(pieces), 4, len(parts.division.corners)))
+    size = int(pieces.roots.shape[1])
+    shares = np.zeros((len(pieces), size, len(parts.division.corners)))
     row = np.arange(len(pieces))[:, None, None]
-    shares[row, np.arange(4)[:, None], pieces.roots[:, None, :]] = pieces.inside.shares
+    shares[row, np.arange(size)[:, None], pieces.roots[:, None, :]] = pieces.inside.shares
     low = np.full(ends.shape[:2], np.inf)
     high = np.full(ends.shape[:2], -np.inf)
     filled = (shares > 0.0).sum(axis=2)
     for edge in range(ends.shape[1]):
         pair = ends[own, edge]
-        both = np.take_along_axis(shares, pair[:, None, :].repeat(4, axis=1), axis=2)
+        both = np.take_along_axis(shares, pair[:, None, :].repeat(size, axis=1), axis=2)
         piece, corner = np.nonzero((both > 0.0).sum(axis=2) == filled)
         np.minimum.at(low[:, edge], own[piece], both[piece, corner, 1])
         np.maximum.at(high[:, edge], own[piece], both[piece, corner, 1])

@@ -15,12 +15,12 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.structs import replace
-from tissuec.geometry.cut_cells.clipping import Bools, ClippedTetrahedra, Tetrahedra, clipped
+from tissuec.geometry.cut_cells.clipping import Bools, ClippedSimplices, Simplices, clipped
 from tissuec.geometry.cut_cells.components import node_copies
 from tissuec.geometry.cut_cells.joining import PartFaces, part_faces
 from tissuec.geometry.cut_cells.overlaps import offsets
 from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, Sides
-from tissuec.geometry.cut_cells.sections import CutTriangles, facing_triangles
+from tissuec.geometry.cut_cells.sections import CutFacets, facing_facets
 from tissuec.model.network import Floats, Indices
 
 
@@ -35,7 +35,7 @@ class DividedCells(Struct, frozen=True, eq=False):
         copied: The present node that each new node is a copy of, shape (new node,). New nodes
             have the numbers behind those of all present ones, in this order.
         joins: Faces through which near parts hold together.
-        cut: Triangles of the surface.
+        cut: Facets of the surface.
     """
 
     groups: tuple[CellParts, ...]
@@ -43,7 +43,7 @@ class DividedCells(Struct, frozen=True, eq=False):
     near: tuple[Bools, ...]
     copied: Indices
     joins: PartFaces
-    cut: CutTriangles
+    cut: CutFacets
 
     def with_copies(self, values: Floats) -> Floats:
         """Return values of present nodes, and those of new nodes, shape (node + new node, …).
@@ -63,7 +63,7 @@ class _Division(Struct, frozen=True, eq=False):
         near: Which have a node of a cell that is cut, shape (part,).
         sign: The side of the level on which near ones are, 0 for others, shape (part,).
         side: The same of those that it divides or touches in a face, shape (part,).
-        cut: Triangles inside of cells, in parts of this shape.
+        cut: Facets inside of cells, in parts of this shape.
     """
 
     parts: CellParts
@@ -71,14 +71,14 @@ class _Division(Struct, frozen=True, eq=False):
     near: Bools
     sign: Sides
     side: Sides
-    cut: CutTriangles
+    cut: CutFacets
 
 
 class _Crossing(Struct, frozen=True, eq=False):
     """Which parts have nodes on both sides of a surface, or on it.
 
     Attributes:
-        touching: Whether three corners or more are on the surface, shape (part,).
+        touching: Whether the corners of a face or more are on the surface, shape (part,).
         sign: 1 or -1 for all corners in front or behind, else 0, shape (part,).
         divided: Whether both sides have corners, shape (part,).
     """
@@ -107,7 +107,7 @@ class _Crossing(Struct, frozen=True, eq=False):
         if active is not None:
             ahead, back, divided = ahead & active, back & active, divided & active
         sign = ahead.astype(np.int8) - back.astype(np.int8)
-        return cls(on.sum(axis=0) >= 3, sign, divided)
+        return cls(on.sum(axis=0) >= parts.division.dimension, sign, divided)
 
 
 def cut(
@@ -148,12 +148,12 @@ def cut(
     )
     copies = node_copies(former, faces[~opposed], faces[opposed], source, sign, heights, marked)
     inside = [each.cut.shifted(int(k)) for each, k in zip(divisions, first[:-1], strict=True)]
-    between = facing_triangles(former, faces[opposed], sign)
+    between = facing_facets(former, faces[opposed], sign)
     return DividedCells(
         tuple(map(_finished, divisions, copies.nodes)),
         tuple(each.source for each in divisions),
         tuple(each.near for each in divisions),
-        copies.copied, faces[~opposed], CutTriangles.together([*inside, between]),
+        copies.copied, faces[~opposed], CutFacets.together([*inside, between]),
     )  # fmt: skip
 
 
@@ -221,26 +221,26 @@ def _division(
     return _Division(new, source, close[source], new_sign, side, inside)
 
 
-def _with_level(inside: Tetrahedra) -> Tetrahedra:
-    """Return tetrahedra with another level, on which no corner is yet."""
+def _with_level(inside: Simplices) -> Simplices:
+    """Return simplices with another level, on which no corner is yet."""
     none = np.zeros((*inside.on.shape[:2], 1), dtype=bool)
     return replace(inside, on=np.concatenate([inside.on, none], axis=2))
 
 
 def _cut_inside(
-    parts: CellParts, pieces: PartPieces, found: ClippedTetrahedra, number: Indices, both: Bools
-) -> CutTriangles:
-    """Return cut triangles inside of cells that have matter on both sides."""
+    parts: CellParts, pieces: PartPieces, found: ClippedSimplices, number: Indices, both: Bools
+) -> CutFacets:
+    """Return facets of the cut inside of cells that have matter on both sides."""
     part, roots = pieces.part[found.cut], pieces.roots[found.cut]
     # A face of a cell is found from both cells.
     bits = 1 << roots
     in_face = parts.division.face_of[bits.sum(axis=1, keepdims=True) - bits] >= 0
-    outer = ((found.triangles == 0.0).all(axis=1) & in_face).any(axis=1)
+    outer = ((found.facets == 0.0).all(axis=1) & in_face).any(axis=1)
     keeps = np.flatnonzero(both[part] & ~outer & ~found.is_known)
     pair = number[part[keeps]][:, ::-1]
-    return CutTriangles(
+    return CutFacets(
         pair, np.repeat(roots[keeps, None], 2, axis=1),
-        np.repeat(found.triangles[keeps, None], 2, axis=1),
+        np.repeat(found.facets[keeps, None], 2, axis=1),
     )  # fmt: skip
 
 

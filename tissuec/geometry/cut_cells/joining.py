@@ -24,7 +24,7 @@ from tissuec.geometry.cut_cells.parts import CellParts
 from tissuec.geometry.cut_cells.roots import MOST_ON_FACE
 from tissuec.model.network import Floats, Indices
 
-#: Of the area of a face: parts that share less do not hold together there.
+#: Of the area or length of a face: parts that share less do not hold together there.
 LEAST_SHARED = 1e-12
 _LAST = np.iinfo(np.int64).max
 

@@ -1,8 +1,9 @@
-"""What parts of neighbouring cells have in common in faces, as polygons.
+"""What parts of neighbouring cells have in common in faces, as polygons, or lines in edges.
 
-The faces of their pieces there are triangles in the same roots of the face. Mostly, they are
-the same triangles; what is left over, as where a divided cell meets a whole one, is intersected
-by pairs (I. E. Sutherland, G. W. Hodgman, Commun. ACM 17:32, 1974).
+The faces of their pieces there are simplices in the same roots of the face: triangles, or lines
+in edges of triangles. Mostly, they are the same; what is left over, as where a divided cell
+meets a whole one, is intersected by pairs (I. E. Sutherland, G. W. Hodgman, Commun. ACM 17:32,
+1974).
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,15 +21,16 @@ _LAST = np.iinfo(np.int64).max
 
 
 class Overlaps(Struct, frozen=True, eq=False):
-    """Polygons that triangles of two parts in a face have in common.
+    """Polygons, or lines, that simplices of two parts in a face have in common.
 
     Attributes:
         parts, faces: Of both, shape (polygon, 2).
         fraction: Of the face, in natural coordinates, shape (polygon,).
         shares: Of the corners of the root of the face, which are in the order of their drawn
             numbers, of corners of the polygon; the last one is repeated. Shape
-            (polygon, corner, 3).
-        roots: The corners of the root of the face in both cells, shape (polygon, 2, 3).
+            (polygon, corner, corner of the root).
+        roots: The corners of the root of the face in both cells, shape
+            (polygon, 2, corner of the root).
     """
 
     parts: Indices
@@ -41,14 +43,14 @@ class Overlaps(Struct, frozen=True, eq=False):
 def overlaps(
     groups: Sequence[CellParts], chosen: Sequence[Bools], alone: bool = True
 ) -> Overlaps:
-    """Return the common areas of faces of different cells.
+    """Return what faces of different cells have in common.
 
     Args:
         groups: Parts of cells, those of each shape.
         chosen: Which of them count, shape (part,) each.
         alone: Whether this includes whole parts far from those that are not whole.
     """
-    some = _triangles(groups, chosen, alone)
+    some = _simplices(groups, chosen, alone)
     cell = numbered_cells(groups)[some.part]
     one, other, left = _matched(some, cell)
     found: list[tuple[Indices, Indices, Floats]] = [(one, other, some.shares[one])]
@@ -136,21 +138,23 @@ class FaceKeys(NamedTuple):
         return cls(number, count)
 
     def keys(self, nodes: Indices, corners: int | Indices) -> Indices:
-        """Return a key for three nodes in a face with a number of corners, shape (…)."""
+        """Return a key for two or three nodes in a face with so many corners, shape (…)."""
         one = self.number[nodes]
-        three = (one[..., 0] * self.total + one[..., 1]) * self.total + one[..., 2]
-        return 2 * three + (corners == 4)
+        every = one[..., 0]
+        for k in range(1, min(3, int(one.shape[-1]))):
+            every = every * self.total + one[..., k]
+        return 2 * every + (corners == 4)
 
 
-class _Triangles(NamedTuple):
-    """Triangles in faces of cells.
+class _Simplices(NamedTuple):
+    """Triangles in faces of cells, or lines in edges.
 
     Attributes:
-        root: Number of the root of the face, the same in both cells, shape (triangle,).
-        part, face: That each belongs to, shape (triangle,).
-        shares: Of the corners of the root in each corner, shape (triangle, 3, 3).
-        corners: Of the root among the nodes of the cell, shape (triangle, 3).
-        ratio: Of the root to the face, by areas in natural coordinates, shape (triangle,).
+        root: Number of the root of the face, the same in both cells, shape (simplex,).
+        part, face: That each belongs to, shape (simplex,).
+        shares: Of the corners of the root in each corner, shape (simplex, corner, corner).
+        corners: Of the root among the nodes of the cell, shape (simplex, corner).
+        ratio: Of the root to the face, by natural coordinates, shape (simplex,).
     """
 
     root: Indices
@@ -161,8 +165,8 @@ class _Triangles(NamedTuple):
     ratio: Floats
 
 
-def _triangles(groups: Sequence[CellParts], chosen: Sequence[Bools], alone: bool) -> _Triangles:
-    """Return the triangles of parts in faces of their cells.
+def _simplices(groups: Sequence[CellParts], chosen: Sequence[Bools], alone: bool) -> _Simplices:
+    """Return the simplices of parts in faces of their cells.
 
     Args:
         groups: Parts of cells, those of each shape.
@@ -171,35 +175,35 @@ def _triangles(groups: Sequence[CellParts], chosen: Sequence[Bools], alone: bool
     """
     keys = FaceKeys.of(groups, chosen)
     touched = np.full(len(keys.number), alone)
-    found: list[_Triangles] = []
+    found: list[_Simplices] = []
     for each, own, first in zip(groups, chosen, offsets(groups)[:-1], strict=True):
         touched[each.nodes[own & ~each.are_whole]] = True
         found.append(_of_pieces(each, own, int(first), keys))
     for each, own, first in zip(groups, chosen, offsets(groups)[:-1], strict=True):
         whole = np.flatnonzero(own & each.are_whole)
         found += _of_whole(each, whole, int(first), keys, touched)
-    return _Triangles(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    return _Simplices(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
 
-def _of_pieces(parts: CellParts, chosen: Bools, first: int, keys: FaceKeys) -> _Triangles:
-    """Return triangles of pieces of parts; the first part has a number among all."""
+def _of_pieces(parts: CellParts, chosen: Bools, first: int, keys: FaceKeys) -> _Simplices:
+    """Return simplices of pieces of parts; the first part has a number among all."""
     pieces = parts.own_pieces(chosen)
     faces = PieceFaces.of(parts.shape, pieces, levels=False)
-    own, others = faces.piece, OTHERS[faces.across]
+    own, others = faces.piece, OTHERS[parts.division.dimension + 1][faces.across]
     rows = pieces.inside.shares[own[:, None], faces.corners]
     shares = np.take_along_axis(rows, others[:, None, :], axis=2)
     corners = np.take_along_axis(pieces.roots[own], others, axis=1)
     part = pieces.part[own]
     count = parts.division.whole_faces[faces.face]
     root = keys.keys(parts.nodes[part[:, None], corners], count)
-    return _Triangles(root, first + part, faces.face, shares, corners, 1.0 / (count - 2))
+    return _Simplices(root, first + part, faces.face, shares, corners, _share_of_roots(count))
 
 
 def _of_whole(
     parts: CellParts, whole: Indices, first: int, keys: FaceKeys, touched: Bools
-) -> list[_Triangles]:
-    """Return triangles of whole parts, of shape (part,), in faces with touched nodes only."""
-    found: list[_Triangles] = []
+) -> list[_Simplices]:
+    """Return simplices of whole parts, of shape (part,), in faces with touched nodes only."""
+    found: list[_Simplices] = []
     count = len(parts.division.corners)
     is_touched = touched[parts.nodes[whole, :count]]
     for face, padded in enumerate(parts.division.faces):
@@ -209,23 +213,33 @@ def _of_whole(
         rings = np.broadcast_to(ring, (len(part), 1, len(ring)))
         corners = fans(rings, drawn[:, None])
         own = np.repeat(part, corners.shape[1])
-        corners = corners.reshape(-1, 3)
+        corners = corners.reshape(-1, corners.shape[2])
         order = np.argsort(parts.drawn[own[:, None], corners], axis=1)
         corners = np.take_along_axis(corners, order, axis=1)
         root = keys.keys(parts.nodes[own[:, None], corners], len(ring))
-        shares = np.broadcast_to(np.eye(3), (len(own), 3, 3))
-        ratio = np.full(len(own), 1.0 / (len(ring) - 2))
+        size = int(corners.shape[1])
+        shares = np.broadcast_to(np.eye(size), (len(own), size, size))
+        ratio = np.full(len(own), _share_of_roots(np.array(len(ring))))
         found.append(
-            _Triangles(root, first + own, np.full(len(own), face), shares, corners, ratio)
+            _Simplices(root, first + own, np.full(len(own), face), shares, corners, ratio)
         )
     return found
 
 
-def _matched(some: _Triangles, cell: Indices) -> tuple[Indices, Indices, Indices]:
-    """Return pairs of triangles that are the same in two cells, and those without another."""
-    x, y = some.shares[..., 0], some.shares[..., 1]
-    corner = np.sort(x * 0.7548776662466927 + y * 0.5698402909980532, axis=1)
-    order = np.lexsort((corner @ [1.0, 1.3247179572447458, 1.7548776662466927], some.root))
+def _share_of_roots(corners: Indices) -> Floats:
+    """Return the ratio of a root to a face with a number of corners."""
+    return 1.0 / np.maximum(corners - 2, 1)
+
+
+def _matched(some: _Simplices, cell: Indices) -> tuple[Indices, Indices, Indices]:
+    """Return pairs of simplices that are the same in two cells, and those without another."""
+    size = int(some.shares.shape[1])
+    place = some.shares[..., 0] * 0.7548776662466927
+    if size > 2:
+        place = place + some.shares[..., 1] * 0.5698402909980532
+    corner = np.sort(place, axis=1)
+    weights = np.array([1.0, 1.3247179572447458, 1.7548776662466927])[:size]
+    order = np.lexsort((corner @ weights, some.root))
     key, at = some.root[order], corner[order]
     same = (key[1:] == key[:-1]) & (at[1:] == at[:-1]).all(axis=1)
     same &= cell[order[1:]] != cell[order[:-1]]
@@ -238,24 +252,32 @@ def _matched(some: _Triangles, cell: Indices) -> tuple[Indices, Indices, Indices
 def turned_areas(shares: Floats) -> Floats:
     """Return areas of polygons over that of the root of their face, shape (polygon,).
 
-    They are positive if a polygon turns as the root does.
+    They are positive if a polygon turns as the root does. Of lines, it is their length.
 
     Args:
-        shares: Of the corners of the root, dimensionless, shape (polygon, corner, 3).
+        shares: Of the corners of the root, dimensionless, shape
+            (polygon, corner, corner of the root).
     """
     x, y = shares[..., 0], shares[..., 1]
+    if shares.shape[2] == 2:
+        return x[:, 0] - x[:, 1]
     x, y = x - x[:, :1], y - y[:, :1]
     return (x[:, 1:-1] * y[:, 2:] - x[:, 2:] * y[:, 1:-1]).sum(axis=1)
 
 
 def _intersections(first: Floats, second: Floats) -> Floats:
-    """Return the intersections of pairs of triangles, shape (pair, corner, 3).
+    """Return the intersections of pairs of simplices, shape (pair, corner, corner of the root).
 
     Corners of polygons with fewer are repeated; those of empty ones are all the same.
 
     Args:
-        first, second: Shares of corners, dimensionless, shape (pair, 3, 3).
+        first, second: Shares of corners, dimensionless, shape (pair, corner, corner).
     """
+    if first.shape[1] == 2:
+        one, other = np.sort(first[..., 0], axis=1), np.sort(second[..., 0], axis=1)
+        low, high = np.maximum(one[:, 0], other[:, 0]), np.minimum(one[:, 1], other[:, 1])
+        ends = np.stack([np.maximum(low, high), low], axis=1)
+        return np.stack([ends, 1.0 - ends], axis=2)
     polygon: Floats = first
     count: Indices = np.full(len(first), 3)
     turn = np.sign(np.linalg.det(second))

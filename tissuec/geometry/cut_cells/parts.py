@@ -1,4 +1,4 @@
-"""Parts of cells, and the tetrahedra that they consist of.
+"""Parts of cells, and the tetrahedra or triangles that they consist of.
 
 A whole cell is a part, too, without pieces: its roots are found when they are needed. A point
 of a piece is given by shares of the corners of its root; a height that is given at nodes is
@@ -9,13 +9,16 @@ Meth. Eng. 67:868, 2006.)
 """
 
 from collections.abc import Sequence
+from functools import reduce
+from operator import and_
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
-from tissuec.geometry.cut_cells.clipping import Bools, Tetrahedra
+from tissuec.geometry.cut_cells.clipping import Bools, Simplices, turned
 from tissuec.geometry.cut_cells.roots import DIVISIONS, CellDivision, CellRoots
 from tissuec.geometry.divisions import OPPOSITE
 from tissuec.geometry.elements import NodeFunctions
@@ -23,24 +26,26 @@ from tissuec.geometry.natural_coordinates import functions
 from tissuec.model.network import Floats, Indices
 
 Sides = NDArray[np.int8]
-#: Corners of the face opposite each corner of a piece, in ascending order.
-OTHERS = np.sort(OPPOSITE, axis=1)
+#: Corners of the face opposite each corner of a piece, by their number, as seen from outside.
+_ACROSS = {3: np.array([[1, 2], [2, 0], [0, 1]]), 4: OPPOSITE}
+#: The same in ascending order.
+OTHERS = {count: np.sort(corners, axis=1) for count, corners in _ACROSS.items()}
 #: Number of the lowest bit, -1 of 0.
 _FIRST_BIT = np.array([-1, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0])
 
 
 class PartPieces(Struct, frozen=True, eq=False):
-    """Tetrahedra of which parts of cells consist.
+    """Simplices of which parts of cells consist.
 
     Attributes:
         part: That each belongs to, ascending, shape (piece,).
-        roots: Corners of the cell that are those of the root, shape (piece, 4).
+        roots: Corners of the cell that are those of the root, shape (piece, corner).
         inside: What they are in their roots.
     """
 
     part: Indices
     roots: Indices
-    inside: Tetrahedra
+    inside: Simplices
 
     def __len__(self) -> int:
         return len(self.part)
@@ -49,13 +54,14 @@ class PartPieces(Struct, frozen=True, eq=False):
         return PartPieces(self.part[items], self.roots[items], self.inside[items])
 
     @classmethod
-    def none(cls, levels: int) -> "PartPieces":
-        """Return no pieces of parts with so many levels."""
-        index = np.zeros(0, dtype=np.int64)
-        inside = Tetrahedra(
-            np.zeros((0, 4, 4)), np.zeros(0), index, np.zeros((0, 4, levels), dtype=bool)
-        )
-        return cls(index, np.zeros((0, 4), dtype=np.int64), inside)
+    def none(cls, shape: str, levels: int) -> "PartPieces":
+        """Return no pieces of parts of cells of a shape with so many levels."""
+        index, size = np.zeros(0, dtype=np.int64), DIVISIONS[shape].dimension + 1
+        inside = Simplices(
+            np.zeros((0, size, size)), np.zeros(0), index,
+            np.zeros((0, size, levels), dtype=bool),
+        )  # fmt: skip
+        return cls(index, np.zeros((0, size), dtype=np.int64), inside)
 
     @classmethod
     def of_whole(cls, shape: str, drawn: Indices, levels: int) -> "PartPieces":
@@ -68,12 +74,13 @@ class PartPieces(Struct, frozen=True, eq=False):
         """
         found = CellRoots.of(shape, drawn)
         cells, count = len(found.sign), DIVISIONS[shape].count
-        inside = Tetrahedra(
-            np.broadcast_to(np.eye(4), (cells * count, 4, 4)),
+        size = int(found.corners.shape[2])
+        inside = Simplices(
+            np.broadcast_to(np.eye(size), (cells * count, size, size)),
             np.full(cells * count, 1.0 / count), found.sign.ravel(),
-            np.zeros((cells * count, 4, levels), dtype=bool),
+            np.zeros((cells * count, size, levels), dtype=bool),
         )  # fmt: skip
-        return cls(np.repeat(np.arange(cells), count), found.corners.reshape(-1, 4), inside)
+        return cls(np.repeat(np.arange(cells), count), found.corners.reshape(-1, size), inside)
 
     @classmethod
     def together(cls, some: "Sequence[PartPieces]") -> "PartPieces":
@@ -84,12 +91,12 @@ class PartPieces(Struct, frozen=True, eq=False):
         every = cls(
             part,
             np.concatenate([each.roots for each in some]),
-            Tetrahedra.together([each.inside for each in some]),
+            Simplices.together([each.inside for each in some]),
         )
         return every[np.argsort(part, kind="stable")]
 
     def heights(self, nodes: Indices, values: Floats) -> Floats:
-        """Return values at corners, linear on roots, in their unit, shape (piece, 4).
+        """Return values at corners, linear on roots, in their unit, shape (piece, corner).
 
         Sums are in the order of the drawn nodes, so that neighbours find the same to the bit.
 
@@ -99,7 +106,7 @@ class PartPieces(Struct, frozen=True, eq=False):
         """
         own, shares = values[nodes[self.part[:, None], self.roots]], self.inside.shares
         found = shares[..., 0] * own[:, None, 0]
-        for k in range(1, 4):
+        for k in range(1, shares.shape[-1]):
             found = found + shares[..., k] * own[:, None, k]
         return found
 
@@ -109,24 +116,24 @@ def functions_at(shape: str, xi: Floats) -> NodeFunctions:
 
     Args:
         shape: Name of the shape of the cells.
-        xi: Natural coordinates, shape (cell, point, 3).
+        xi: Natural coordinates, shape (cell, point, dimension).
     """
-    at = functions(shape, xi.reshape(-1, 3))
-    count = at.values.shape[1]
-    values = at.values.reshape(*xi.shape[:2], count)
-    return NodeFunctions(values, at.gradients.reshape(*xi.shape[:2], count, 3))
+    at = functions(shape, xi.reshape(-1, xi.shape[2]))
+    values = at.values.reshape(*xi.shape[:2], at.values.shape[1])
+    return NodeFunctions(values, at.gradients.reshape(*values.shape, xi.shape[2]))
 
 
 class PieceFaces(Struct, frozen=True, eq=False):
     """Faces of pieces in faces of their cells, or on levels.
 
     Attributes:
-        piece: That each belongs to, shape (triangle,).
-        corners: Of the piece, in turn as seen from outside, shape (triangle, 3).
-        face: Of the cell, in the order of ``roots.DIVISIONS``; -1 inside, shape (triangle,).
+        piece: That each belongs to, shape (face,).
+        corners: Of the piece, in turn as seen from outside, or with it on their left, shape
+            (face, corner).
+        face: Of the cell, in the order of ``roots.DIVISIONS``; -1 inside, shape (face,).
         across: The corner of the root that the face of the cell does not have; -1 inside, shape
-            (triangle,).
-        level: The first of the levels that it lies on; -1 if there is none, shape (triangle,).
+            (face,).
+        level: The first of the levels that it lies on; -1 if there is none, shape (face,).
     """
 
     piece: Indices
@@ -145,28 +152,34 @@ class PieceFaces(Struct, frozen=True, eq=False):
             levels: Whether faces inside of cells count.
         """
         inside = pieces.inside
-        # Bits are corners of the root, of which the three corners of a face have no share.
+        count = int(inside.shares.shape[1])
+        # Bits are corners of the root, of which the corners of a face have no share.
         lacks = np.packbits(inside.shares == 0.0, axis=2, bitorder="little")[..., 0]
-        lacking = np.stack(
-            [lacks[:, i] & lacks[:, j] & lacks[:, k] for i, j, k in OTHERS], axis=1
-        )
+        lacking = _all_of(lacks, count)
         outer = _FIRST_BIT[lacking]
         bits = (1 << pieces.roots).astype(np.int64)
         in_face = DIVISIONS[shape].face_of[bits.sum(axis=1, keepdims=True) - bits]
         face = np.where(outer >= 0, in_face[np.arange(len(pieces))[:, None], outer], -1)
         level = np.full(face.shape, -1)
         if levels and inside.on.shape[2]:
-            on = np.stack(
-                [inside.on[:, i] & inside.on[:, j] & inside.on[:, k] for i, j, k in OTHERS],
-                axis=1,
-            )
+            on = _all_of(inside.on, count)
             level = np.where(on.any(axis=2), on.argmax(axis=2), -1)
         piece, corner = np.nonzero((face >= 0) | (level >= 0))
         face, level, across = face[piece, corner], level[piece, corner], outer[piece, corner]
-        corners = OPPOSITE[corner]
-        turned = inside.sign[piece] < 0
-        corners = np.where(turned[:, None], corners[:, [0, 2, 1]], corners)
+        corners, is_left = _ACROSS[count][corner], inside.sign[piece] < 0
+        corners = np.where(is_left[:, None], turned(corners[..., None])[..., 0], corners)
         return cls(piece, corners, face, np.where(face >= 0, across, -1), level)
+
+
+def _all_of(bits: NDArray[Any], count: int) -> NDArray[Any]:
+    """Return what all corners of each face of simplices have, shape (simplex, face, …).
+
+    Args:
+        bits: Of each corner, shape (simplex, corner, …).
+        count: Of corners.
+    """
+    each = [reduce(and_, (bits[:, k] for k in corners)) for corners in OTHERS[count]]
+    return np.stack(each, axis=1)
 
 
 class CellParts(Struct, frozen=True, eq=False):
@@ -201,7 +214,7 @@ class CellParts(Struct, frozen=True, eq=False):
             nodes: As drawn, shape (cell, node).
         """
         sides = np.zeros((len(nodes), 0), dtype=np.int8)
-        return cls(shape, np.arange(len(nodes)), nodes, nodes, sides, PartPieces.none(0))
+        return cls(shape, np.arange(len(nodes)), nodes, nodes, sides, PartPieces.none(shape, 0))
 
     @property
     def division(self) -> CellDivision:
@@ -217,7 +230,7 @@ class CellParts(Struct, frozen=True, eq=False):
 
     @property
     def fractions(self) -> Floats:
-        """Return dimensionless parts of the volumes of cells, shape (part,)."""
+        """Return dimensionless parts of the volumes or areas of cells, shape (part,)."""
         found = np.bincount(self.pieces.part, self.pieces.inside.fraction, len(self))
         return np.where(self.are_whole, 1.0, found)
 
@@ -246,12 +259,12 @@ class CellParts(Struct, frozen=True, eq=False):
         )
 
     def natural(self, pieces: PartPieces, shares: Floats | None = None) -> Floats:
-        """Return natural coordinates of points of pieces, shape (piece, point, 3).
+        """Return natural coordinates of points of pieces, shape (piece, point, dimension).
 
         Args:
             pieces: Of some parts.
-            shares: Of the corners of their roots, dimensionless, shape (piece, point, 4); those
-                of the corners of the pieces by default.
+            shares: Of the corners of their roots, dimensionless, shape (piece, point, corner);
+                those of the corners of the pieces by default.
         """
         shares = pieces.inside.shares if shares is None else shares
         return shares @ self.division.corners[pieces.roots]

@@ -1,10 +1,11 @@
-"""Roots: tetrahedra that divide a cell, such that neighbours divide their common face alike.
+"""Roots: simplices that divide a cell, such that neighbours divide their common face alike.
 
 A quadrilateral face is divided from its corner with the smallest number. A cell is the union of
 the cones from its own such corner to the triangles of faces without it: six tetrahedra in a
 hexahedron, three in a wedge. (J. Dompierre, P. Labbé, M.-G. Vallet, R. Camarero, How to
 subdivide pyramids, prisms, and hexahedra into tetrahedra, 8th International Meshing Roundtable,
-1999.) Numbers are those of drawn nodes, so that copies of a cell are divided alike.
+1999.) A triangle of a wall is its own root, and its faces are its edges. Numbers are those of
+drawn nodes, so that copies of a cell are divided alike.
 
 Corners of a root are in ascending order of these numbers, and roots are equal parts of the
 volume of a cell in natural coordinates.
@@ -21,6 +22,7 @@ from tissuec.model.network import Floats, Indices
 _QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 _PRISM = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
 _SIMPLEX = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+_TRIANGLE = ((1, 2), (2, 0), (0, 1))
 _FLAT = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 MOST_ON_FACE = 6  # nodes
 
@@ -31,14 +33,15 @@ class CellDivision(Struct, frozen=True, eq=False):
     Attributes:
         shape: Name of it.
         corners: Natural coordinates of the corners, which are the first nodes, shape
-            (corner, 3).
-        volume: In natural coordinates.
+            (corner, dimension).
+        volume: Content in natural coordinates, of triangles an area.
         count: Of roots in a cell.
-        faces: Corners of each in turn as seen from outside, padded by -1, shape (face, 4).
+        faces: Corners of each, padded by -1, shape (face, 4): in turn as seen from outside;
+            those of a triangle are edges, with the triangle on their left.
         face_nodes: All nodes of each, padded by -1, shape (face, 6).
         edges: Their ends, those of a tetrahedron as in ``elements.MIDDLES``, shape (edge, 2).
         face_of: The face that contains a set of corners, by the sum of 2 to the power of each
-            of them; -1 if none does. Of three corners or more there is one at most.
+            of them; -1 if none does. As many as a root has in a face are in one face at most.
     """
 
     shape: str
@@ -63,10 +66,10 @@ class CellDivision(Struct, frozen=True, eq=False):
 
         Args:
             shape: Name of it.
-            corners: Natural coordinates, dimensionless, shape (corner, 3).
-            volume: In natural coordinates.
+            corners: Natural coordinates, dimensionless, shape (corner, dimension).
+            volume: Content in natural coordinates.
             count: Of roots in a cell.
-            faces: Corners of each in turn as seen from outside.
+            faces: Corners of each, see above.
         """
         nodes = np.full((len(faces), MOST_ON_FACE), -1)
         ends = np.full((len(faces), 4), -1)
@@ -75,7 +78,7 @@ class CellDivision(Struct, frozen=True, eq=False):
             nodes[k, : len(face)] = ends[k, : len(face)] = face
             if shape == "tetrahedron":
                 nodes[k, 3:] = 4 + np.flatnonzero(np.isin(MIDDLES, face).all(axis=1))
-            for size in range(3, len(face) + 1):
+            for size in range(corners.shape[1], len(face) + 1):
                 for some in combinations(face, size):
                     face_of[sum(1 << corner for corner in some)] = k
         edges = MIDDLES
@@ -85,6 +88,11 @@ class CellDivision(Struct, frozen=True, eq=False):
             }
             edges = np.array(sorted(sorted(side) for side in sides))
         return cls(shape, corners, volume, count, ends, nodes, edges, face_of)
+
+    @property
+    def dimension(self) -> int:
+        """Return 3 of solids and 2 of walls: how many corners a face of a root has."""
+        return self.corners.shape[1]
 
     @property
     def whole_faces(self) -> Indices:
@@ -101,6 +109,7 @@ DIVISIONS = {
             np.vstack([np.column_stack([_FLAT, np.full(3, z)]) for z in (-1.0, 1.0)]),
             1.0, 3, _PRISM,
         ),
+        CellDivision.of("triangle", _FLAT, 0.5, 1, _TRIANGLE),
         CellDivision.of("tetrahedron", np.vstack([np.zeros(3), np.eye(3)]), 1 / 6, 1, _SIMPLEX),
     )
 }  # fmt: skip
@@ -110,7 +119,8 @@ class CellRoots(Struct, frozen=True, eq=False):
     """The roots of cells of one shape.
 
     Attributes:
-        corners: Of the cell, in ascending order of their numbers, shape (cell, root, 4).
+        corners: Of the cell, in ascending order of their numbers, shape
+            (cell, root, corner).
         sign: 1 if a root is right-handed in natural coordinates, else -1, shape (cell, root).
     """
 
@@ -127,8 +137,10 @@ class CellRoots(Struct, frozen=True, eq=False):
         """
         division = DIVISIONS[shape]
         numbers = numbers[:, : len(division.corners)]
-        if shape == "tetrahedron":
-            cones = np.broadcast_to(np.arange(4), (len(numbers), 1, 4))
+        if division.count == 1:
+            cones = np.broadcast_to(
+                np.arange(numbers.shape[1]), (len(numbers), 1, numbers.shape[1])
+            )
         else:
             cones = _cones(division, numbers)
         own = np.take_along_axis(numbers[:, None], cones, axis=2)
@@ -154,6 +166,8 @@ def _cones(division: CellDivision, numbers: Indices) -> Indices:
 def fans(rings: Indices, numbers: Indices) -> Indices:
     """Return triangles of polygons around the corner with the smallest number.
 
+    Edges are what they are.
+
     Args:
         rings: Corners in turn, shape (cell, polygon, corner).
         numbers: Of the corners of cells, shape (cell, 1, corner of the cell).
@@ -162,6 +176,8 @@ def fans(rings: Indices, numbers: Indices) -> Indices:
         Those of each cell, shape (cell, triangle, 3), which turn as the polygons.
     """
     size = int(rings.shape[2])
+    if size == 2:
+        return rings
     first = np.argmin(np.take_along_axis(numbers, rings, axis=2), axis=2)[..., None]
     turned = np.take_along_axis(rings, (first + np.arange(size)) % size, axis=2)
     return np.concatenate([turned[..., [0, k, k + 1]] for k in range(1, size - 1)], axis=1)

@@ -1,4 +1,6 @@
-"""Triangles of cut surfaces, which belong to a part in front and to one behind.
+"""Facets of cut surfaces, which belong to a part in front and to one behind.
+
+Those of cuts through solids are triangles, those of cuts through walls lines.
 
 Where the surface is a face between two cells, these are parts of different cells.
 """
@@ -8,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
+from tissuec.geometry.cut_cells.clipping import are_flat
 from tissuec.geometry.cut_cells.joining import LEAST_SHARED, PartFaces, sides_fit
 from tissuec.geometry.cut_cells.overlaps import offsets, overlaps, turned_areas
 from tissuec.geometry.cut_cells.parts import CellParts, Sides, functions_at
@@ -15,14 +18,17 @@ from tissuec.geometry.cut_cells.roots import parity
 from tissuec.model.network import Floats, Indices
 
 
-class CutTriangles(Struct, frozen=True, eq=False):
-    """Triangles of a cut, in turn to the left as seen from the front.
+class CutFacets(Struct, frozen=True, eq=False):
+    """Facets of a cut.
+
+    Triangles turn to the left as seen from the front; lines have it on their right.
 
     Attributes:
-        parts: In front and behind, shape (triangle, 2).
-        roots: Corners of the cells of both that are those of a root, shape (triangle, 2, 4).
+        parts: In front and behind, shape (facet, 2).
+        roots: Corners of the cells of both that are those of a root, shape
+            (facet, 2, corner of the root).
         shares: Of these in each corner, of the same points of matter, shape
-            (triangle, 2, 3, 4).
+            (facet, 2, corner, corner of the root).
     """
 
     parts: Indices
@@ -33,17 +39,17 @@ class CutTriangles(Struct, frozen=True, eq=False):
         return len(self.parts)
 
     @classmethod
-    def together(cls, some: "Sequence[CutTriangles]") -> "CutTriangles":
-        """Return all of some triangles."""
+    def together(cls, some: "Sequence[CutFacets]") -> "CutFacets":
+        """Return all of some facets."""
         names = ("parts", "roots", "shares")
         return cls(*(np.concatenate([getattr(each, name) for each in some]) for name in names))
 
-    def shifted(self, by: int) -> "CutTriangles":
-        """Return triangles whose parts have higher numbers."""
-        return CutTriangles(self.parts + by, self.roots, self.shares)
+    def shifted(self, by: int) -> "CutFacets":
+        """Return facets whose parts have higher numbers."""
+        return CutFacets(self.parts + by, self.roots, self.shares)
 
     def places(self, groups: Sequence[CellParts], position: Floats, side: int = 0) -> Floats:
-        """Return the places of corners [m], shape (triangle, 3, 3).
+        """Return the places of corners [m], shape (facet, corner, 3).
 
         Args:
             groups: Parts of cells, those of each shape.
@@ -51,7 +57,7 @@ class CutTriangles(Struct, frozen=True, eq=False):
                 (node, 3).
             side: 0 for those in front, 1 for those behind.
         """
-        found = np.zeros((len(self), 3, 3))
+        found = np.zeros((len(self), self.shares.shape[2], 3))
         first = offsets(groups)
         for each, low, high in zip(groups, first[:-1], first[1:], strict=True):
             own = np.flatnonzero((self.parts[:, side] >= low) & (self.parts[:, side] < high))
@@ -61,16 +67,20 @@ class CutTriangles(Struct, frozen=True, eq=False):
             found[own] = weights @ position[each.nodes[self.parts[own, side] - low]]
         return found
 
-    def areas(self, groups: Sequence[CellParts], position: Floats) -> Floats:
-        """Return areas [m²], shape (triangle,); for arguments see ``places``."""
-        a, b, c = self.places(groups, position).swapaxes(0, 1)
-        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    def sizes(self, groups: Sequence[CellParts], position: Floats) -> Floats:
+        """Return areas of triangles [m²], or lengths of lines [m], shape (facet,).
+
+        Args:
+            groups, position: As of ``places``.
+        """
+        first, *others = self.places(groups, position).swapaxes(0, 1)
+        if len(others) == 1:
+            return np.linalg.norm(others[0] - first, axis=1)
+        return 0.5 * np.linalg.norm(np.cross(*(each - first for each in others)), axis=1)
 
 
-def facing_triangles(
-    groups: Sequence[CellParts], faces: PartFaces, sign: Sides
-) -> CutTriangles:
-    """Return the triangles of faces which lie in a level.
+def facing_facets(groups: Sequence[CellParts], faces: PartFaces, sign: Sides) -> CutFacets:
+    """Return the facets of faces which lie in a level.
 
     Args:
         groups: Parts of cells, those of each shape.
@@ -101,16 +111,14 @@ def facing_triangles(
     return _fans(pair, roots, shares, turn)
 
 
-def _fans(pair: Indices, roots: Indices, shares: Floats, turn: Indices) -> CutTriangles:
-    """Return the triangles of polygons in roots of faces, with a fourth corner of no share."""
+def _fans(pair: Indices, roots: Indices, shares: Floats, turn: Indices) -> CutFacets:
+    """Return the facets of polygons in roots of faces, with another corner of no share."""
     left = turn * turned_areas(shares) < 0.0
     shares = np.where(left[:, None, None], shares[:, ::-1], shares)
-    count = shares.shape[1]
-    fans = np.array([[0, k, k + 1] for k in range(1, count - 1)]).reshape(-1, 3)
-    every = shares[:, fans]
-    a, b, c = np.moveaxis(every, 2, 0)
-    is_flat = (a == b).all(axis=2) | (b == c).all(axis=2) | (c == a).all(axis=2)
-    of, which = np.nonzero(~is_flat)
-    padded = np.concatenate([every[of, which], np.zeros((len(of), 3, 1))], axis=2)
+    size, count = shares.shape[2], shares.shape[1]
+    fans = np.array([[0, *range(k, k + size - 1)] for k in range(1, count - size + 2)])
+    every = shares[:, fans.reshape(-1, size)]
+    of, which = np.nonzero(~are_flat(every))
+    padded = np.concatenate([every[of, which], np.zeros((len(of), size, 1))], axis=2)
     corners = np.concatenate([roots[of], roots[of][..., :1]], axis=2)
-    return CutTriangles(pair[of], corners, np.repeat(padded[:, None], 2, axis=1))
+    return CutFacets(pair[of], corners, np.repeat(padded[:, None], 2, axis=1))
