@@ -160,6 +160,65 @@ def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
     return _divided(SectionWidths.of(plain, limited).areas, whole)
 
 
+def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Indices, Floats]:
+    """Return what of triangles is not within a blade.
+
+    Args:
+        plain: p and q of corners, shape (triangle, 3, 2).
+        limited: Whether p and q are limited.
+        reach: Largest p, if p is limited.
+
+    Returns:
+        Of triangles that fill it, the one that each is a part of, shape (n,), and the shares of
+        its corners in each corner, shape (n, 3, 3).
+    """
+    source, shares = np.arange(len(plain)), np.broadcast_to(np.eye(3), (len(plain), 3, 3))
+    found = [(source[:0], shares[:0])]
+    for axis, least, most in ((0, 0.0, reach), (1, 0.0, 1.0)):
+        if not limited[axis]:
+            continue
+        for sign, limit in ((-1.0, least), (1.0, most)):
+            height = sign * ((shares @ plain[source][..., axis : axis + 1])[..., 0] - limit)
+            sides = _halves(shares, height)
+            out, (which, shares) = sides[0], sides[1]
+            found.append((source[out[0]], out[1]))
+            source = source[which]
+    every = [np.concatenate(each) for each in zip(*found, strict=True)]
+    return every[0], every[1]
+
+
+def _halves(shares: Floats, height: Floats) -> list[tuple[Indices, Floats]]:
+    """Return the parts of triangles at heights above 0, and the others.
+
+    Args:
+        shares: Of any corners in those of the triangles, shape (triangle, 3, n).
+        height: Of these, shape (triangle, 3).
+
+    Returns:
+        The triangle that each is a part of, shape (part,), and shares, shape (part, 3, n).
+    """
+    found: list[tuple[Indices, Floats]] = []
+    for above in (height > 0.0, height <= 0.0):
+        count = above.sum(axis=1)
+        whole = np.flatnonzero(count == 3)
+        which, parts = [whole], [shares[whole]]
+        for number in (1, 2):
+            own = np.flatnonzero(count == number)
+            # The corner that is alone on its side comes first.
+            alone = (above[own] if number == 1 else ~above[own]).argmax(axis=1)
+            order = (alone[:, None] + np.arange(3)) % 3
+            a, b, c = np.take_along_axis(shares[own], order[..., None], axis=1).swapaxes(0, 1)
+            ha, hb, hc = np.take_along_axis(height[own], order, axis=1)[..., None].swapaxes(
+                0, 1
+            )
+            ab, ac = a + ha / (ha - hb) * (b - a), a + ha / (ha - hc) * (c - a)
+            every = [(a, ab, ac)] if number == 1 else [(ab, b, c), (ab, c, ac)]
+            which += [own] * len(every)
+            parts += [np.stack(each, axis=1) for each in every]
+        found.append((np.concatenate(which), np.concatenate(parts)))
+    return found
+
+
 def parts_of_lines(plain: Floats, limited: tuple[bool, bool]) -> Floats:
     """Return between which parts of each line it is within a blade, shape (line, 2).
 

@@ -23,6 +23,8 @@ from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, 
 from tissuec.geometry.cut_cells.quadrature import measures
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.geometry.elements import Measures
+from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.cut_cells import CutCells, WeightedSums
 from tissuec.model.network import Floats, Indices, Network
@@ -38,47 +40,6 @@ ROUNDING = 1e-12  # weights that are zero, and differences of those that are equ
 
 class NotDivisible(Exception):
     """A body cannot be divided further, with the reason as a sentence."""
-
-
-class CutBody(Struct, frozen=True, eq=False):
-    """The elements of a body after cuts, shape by shape.
-
-    Attributes:
-        parts: Whole elements and parts.
-        entities: Of each of them, shape (part,) each.
-        slots: Where each keeps its tensors, see ``StoredTensors``, shape (tensor, part) each.
-        used: How many entities of the reserve have been used.
-        stored: How many components of internal variables of the reserve have been used.
-    """
-
-    parts: tuple[CellParts, ...]
-    entities: tuple[Indices, ...]
-    slots: tuple[Indices, ...]
-    used: int = 0
-    stored: int = 0
-
-    @classmethod
-    def of(cls, state: "State", name: str) -> "CutBody":
-        """Return the elements of a body that exist."""
-        known = state.cut_bodies.get(name)
-        if known is None:
-            fields = state.network.elements_of(name)
-            whole = [CellParts.whole(one.shape.name, one.nodes) for one in fields]
-            slots = tuple(one.slots for one in fields)
-            known = cls(tuple(whole), tuple(one.walls for one in fields), slots)
-        alive = [state.alive[each] for each in known.entities]
-        if all(each.all() for each in alive):
-            return known
-        return replace(
-            known,
-            parts=tuple(
-                each.some(there) for each, there in zip(known.parts, alive, strict=True)
-            ),
-            entities=tuple(
-                each[there] for each, there in zip(known.entities, alive, strict=True)
-            ),
-            slots=tuple(each[:, there] for each, there in zip(known.slots, alive, strict=True)),
-        )
 
 
 class Division(Struct, frozen=True, eq=False):
@@ -97,6 +58,7 @@ class Division(Struct, frozen=True, eq=False):
         measured: Gradients and volumes of points of parts that are not whole.
         triangles: Of the surface of the cut, with numbers of parts over all shapes.
         are_between: Which of them lie between two elements, shape (triangle,).
+        tied: Sections of former cuts that are still tied, on the parts after the cut.
     """
 
     phantoms: Phantoms
@@ -110,6 +72,7 @@ class Division(Struct, frozen=True, eq=False):
     measured: tuple[Measures, ...]
     triangles: CutFacets
     are_between: Bools
+    tied: TiedSections | None
 
 
 def divided(
@@ -160,12 +123,15 @@ def divided(
         stored += copied.shape[1]
         slots.append(each)
         moved.append(copied)
+    tied: TiedSections | None = state.tied.get(name)
+    if tied is not None:
+        tied = tied.after(before, found.source, entities, heights).copied(copies, found.copied)
     drawn = [each.some(~each.are_whole) for each in parts]
     measured = tuple(measures(each, state.network.position[each.drawn]) for each in drawn)
     return Division(
         phantoms, CutBody(parts, tuple(entities), tuple(slots), used, stored),
         found.source, np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
-        copies, found.copied, measured, found.cut, pair[:, 0] != pair[:, 1],
+        copies, found.copied, measured, found.cut, pair[:, 0] != pair[:, 1], tied,
     )  # fmt: skip
 
 
@@ -253,6 +219,8 @@ def carry_out(state: "State", division: Division) -> None:
     ):
         _put_elements(state, *each)
     state.cut_bodies = {**state.cut_bodies, phantoms.body: division.body}
+    if division.tied is not None:
+        put_ties(state, phantoms.body, division.tied)
     drawn = state.cut_cells or CutCells.none(network.node_count)
     state.cut_cells = drawn.followed_by(drawn_parts(network, division))
     _extend_sets(state, copies, copied)

@@ -106,6 +106,7 @@ class State(Struct, eq=False):
         mass: Masses [kg], shape (node,).
         blades: Ways of blades that close through solids, by sentence and time.
         cut_bodies: Solids that blades have divided, ``cutting.CutBody`` by their names.
+        tied: Sections of cuts that are tied, ``tying.TiedSections`` by the names of solids.
         shares: Of what the drawn node has, mass and drag, that each of its copies has, shape
             (node,); None without phantoms, which have none before a cut.
         springs: All springs with their present numbers. Rest lengths of threads under way are
@@ -149,6 +150,7 @@ class State(Struct, eq=False):
     cut_bodies: dict[str, Any] = field(default_factory=dict[str, Any])
     blades: dict[str, Any] = field(default_factory=dict[str, Any])
     cut_cells: CutCells | None = None
+    tied: dict[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
     def start(cls, network: Network, *, gravity: Floats, drag: float) -> "State":
@@ -404,9 +406,13 @@ class State(Struct, eq=False):
 
     @property
     def joined_pairs(self) -> Indices:
-        """Return the nodes of edges of elements that are there, shape (edge, 2)."""
+        """Return the nodes of edges of elements that are there, shape (edge, 2).
+
+        Ties join two nodes of their parts.
+        """
         whole = joined_pairs(self.network, self.alive)
         own = [each.intact(self.alive).edges.reshape(-1, 2) for each in self.cut_elements]
+        own += [each.intact(self.alive).joined_pairs for each in self.of_kind("ties")]
         return np.concatenate([whole, *own]) if own else whole
 
     @property

@@ -16,6 +16,7 @@ KINDS = (
     "pressure",
     "activation",
     "plates",
+    "ties",
     "contact",
     "jet",
 )

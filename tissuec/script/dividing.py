@@ -1,8 +1,9 @@
 """Blades that divide solids: which elements they divide, when, and what that takes.
 
-An element is divided as a whole: if at least half of its section lies within the blade. While
-blades close, it is divided when they reach the middle of its section. Heights of nodes above
-the blade are those at the beginning, so that the surfaces of neighbours adjoin.
+An element is divided as a whole when a blade reaches it, and its section is tied where the
+blade has not parted it (``mechanics.tying``). Heights of nodes above the blade, and where they
+are along it, are those at its beginning, so that the surfaces of neighbours adjoin. While
+blades close, they proceed in steps of a quarter of a section.
 """
 
 from typing import TYPE_CHECKING
@@ -13,10 +14,17 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
-from tissuec.geometry.blade_sections import SectionWidths, met_edges, shares_of_polygons
+from tissuec.geometry.blade_sections import (
+    SectionWidths,
+    beyond,
+    met_edges,
+    shares_of_polygons,
+)
 from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights
 from tissuec.geometry.cut_cells.parts import CellParts
-from tissuec.mechanics.cutting import CutBody, Division, NotDivisible, carry_out, divided
+from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cutting import Division, NotDivisible, carry_out, divided
+from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.edges import bare_edges
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
@@ -29,9 +37,14 @@ if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
-#: Of the section of a cell, what a blade has to cover; half of it, to rounding. Below, the cell
-#: stays whole.
-LEAST_SHARE = 0.5 - 1e-9
+#: Of the section of a cell, what a blade has to cover, and of its edge, how far it has to be
+#: beyond where a section begins: above rounding.
+LEAST_SHARE = 1e-9
+#: Of the size of an element: how far a blade may be from a tied section that it continues.
+CONTINUED = 0.1
+ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface are from it
+STEPS = 4  # of a blade that closes, on the length of a section
+MOST_STEPS = 4096
 
 
 class BladeWay(Struct, frozen=True, eq=False):
@@ -39,53 +52,97 @@ class BladeWay(Struct, frozen=True, eq=False):
 
     Attributes:
         body: Name of the solid.
+        blade: As ordered.
         heights: Of all nodes above the blade at its beginning [m], shape (node,).
-        entities: Elements that it meets, ascending, shape (n,).
-        reach: Share of its edge at which it divides each, shape (n,).
-        divides: Which of them are divided, shape (n,).
-        areas: Of the sections within the blade, as drawn [m²], shape (n,).
-        energies: That these take [J], shape (n,).
-        surface: Of all sections.
+        plain: p and q of all nodes at its beginning, shape (node, 2).
+        entities: Elements that it divides, shape (n,).
+        begin, end: Between which shares of its edge each is, shape (n,).
+        sections: p and q of the corners of triangles of all sections, shape (triangle, 3, 2).
+        areas: Of these, as drawn [m²], shape (triangle,).
+        resistance: Energy per area of these [J/m²], shape (triangle,).
+        reached: Share of its edge up to which it has cut.
     """
 
     body: str
+    blade: Blade
     heights: Floats
+    plain: Floats
     entities: Indices
-    reach: Floats
-    divides: Bools
+    begin: Floats
+    end: Floats
+    sections: Floats
     areas: Floats
-    energies: Floats
-    surface: CutSurface
+    resistance: Floats
+    reached: float = 0.0
 
     @classmethod
     def of(cls, state: "State", body: str, blade: Blade) -> "BladeWay | None":
         """Return a blade as the solid lies now; None if it divides nothing."""
-        heights = (state.position - blade.origin) @ blade.normal
         before = CutBody.of(state, body)
+        per_metre = np.linalg.pinv(blade.spans)
+        plain = (state.position - blade.origin) @ per_metre
+        heights = (state.position - blade.origin) @ blade.normal
+        tied = state.tied.get(body)
+        if tied is not None:
+            heights = _continued(tied.existing(before), before, heights)
         near = near_heights(before.parts, state.position)
         heights = np.where(np.abs(heights) < near, 0.0, heights)
         found = [
             _met(parts, entities, heights, state.position, blade)
             for parts, entities in zip(before.parts, before.entities, strict=True)
         ]
-        entities, reach, covered = (np.concatenate(each) for each in zip(*found, strict=True))
-        order = np.argsort(entities)
-        entities, reach, covered = entities[order], reach[order], covered[order]
-        divides = covered >= LEAST_SHARE
-        if not divides.any():
-            return None
-        # What is left whole is entered with what is divided.
-        reach = np.minimum(reach, reach[divides].max())
-        found = cut(before.parts, heights, _among(before, entities[covered > 0.0]), near)
-        if not len(found.copied):
-            return None
-        surface, former = _surface(state, body, before, found, blade)
-        place = np.searchsorted(entities, former)
-        areas, energies = (
-            np.bincount(place, each, len(entities))
-            for each in (surface.areas, surface.energies)
+        entities, begin, end, covered = (
+            np.concatenate(each) for each in zip(*found, strict=True)
         )
-        return cls(body, heights, entities, reach, divides, areas, energies, surface)
+        divides = covered > LEAST_SHARE
+        entities, begin, end = entities[divides], begin[divides], end[divides]
+        parted = cut(before.parts, heights, _among(before, entities), near)
+        if not len(parted.copied) and tied is None:
+            return None
+        triangles = parted.cut
+        groups, drawn = parted.groups, state.network.position
+        at = triangles.places(groups, parted.with_copies(plain))
+        areas = triangles.sizes(groups, parted.with_copies(drawn))
+        resistance = _resistance(state, body, before, parted)
+        way = cls(
+            body, blade, heights, plain, entities, begin, end, at, areas, resistance
+        )  # fmt: skip
+        frees = tied is not None and len(way.parting(tied, before, 1.0)) != len(tied)
+        return way if frees or len(parted.copied) else None
+
+    @property
+    def steps(self) -> Floats:
+        """Return shares of its edge at which it divides elements and parts sections, (n,)."""
+        length = self.end - self.begin
+        length = length[length > 0.0]
+        if not len(length):
+            return np.ones(1)
+        count = int(np.clip(np.ceil(STEPS / np.median(length)), 1, MOST_STEPS))
+        first = int(np.floor(count * (self.begin.min() + LEAST_SHARE)))
+        last = int(np.ceil(count * (self.end.max() - LEAST_SHARE)))
+        return np.arange(first + 1, last + 1) / count
+
+    @property
+    def surface(self) -> CutSurface:
+        """Return what of the sections is within the blade, triangle by triangle."""
+        limited = self.blade.limited
+        areas = self.areas
+        if any(limited):
+            areas = areas * shares_of_polygons(self.sections, limited)
+        energies = areas * self.resistance
+        if not limited[0]:
+            return CutSurface.even(areas, energies, 0.0, 1.0)
+        return CutSurface.of_widths(areas, energies, SectionWidths.of(self.sections, limited))
+
+    def taken(self, share: float) -> tuple[float, float]:
+        """Return the area [m²] and energy [J] of what lies up to a share of the edge."""
+        limited, areas = self.blade.limited, self.areas
+        if share <= 0.0:
+            return 0.0, 0.0
+        if any(limited):
+            scaled = self.sections / [share, 1.0]
+            areas = areas * shares_of_polygons(scaled, limited)
+        return float(areas.sum()), float((areas * self.resistance).sum())
 
     def until(self, state: "State", share: float) -> Division | None:
         """Return the division of what exists now, up to a share of its edge.
@@ -93,21 +150,80 @@ class BladeWay(Struct, frozen=True, eq=False):
         Raises:
             NotDivisible: The reserve of the body is exhausted.
         """
-        reached = self.entities[self.divides & (self.reach <= share)]
+        reached = self.entities[self.begin + LEAST_SHARE <= share]
         body = CutBody.of(state, self.body)
         return divided(state, self.body, self.heights, _among(body, reached))
 
-    def divide(self, state: "State", division: Division) -> "tuple[BladeWay, Indices]":
-        """Divide elements; return the rest of the way, and what is lost, shape (n,)."""
-        heights = self.heights.copy()
-        heights[division.copies] = heights[division.copied]
-        carry_out(state, division)
-        network, lost = state.network, division.lost
-        edges = bare_edges(network, state.alive, lost)
-        ahead = heights[network.line_ends[edges]] >= 0.0
-        edges = edges[ahead.any(axis=1) & ~ahead.all(axis=1)]
-        state.alive[edges] = False
-        return replace(self, heights=heights), np.union1d(lost, edges)
+    def divide(
+        self, state: "State", division: Division | None, share: float
+    ) -> "tuple[BladeWay, Indices]":
+        """Divide elements and part sections; return the rest of the way, and what is lost.
+
+        What is lost has the shape (n,).
+        """
+        way, lost = self, np.zeros(0, dtype=np.int64)
+        tied = state.tied.get(self.body)
+        if division is not None:
+            heights, plain = self.heights.copy(), self.plain.copy()
+            heights[division.copies] = heights[division.copied]
+            plain[division.copies] = plain[division.copied]
+            way = replace(self, heights=heights, plain=plain)
+            carry_out(state, division)
+            lost = np.union1d(division.lost, _parted_edges(state, division.lost, heights))
+            after = division.body, division.triangles
+            new = TiedSections.of(state.network, self.body, *after, heights)
+            none = TiedSections.none(len(heights))
+            tied = (division.tied or none).followed_by(new, division.body)
+        if tied is not None:
+            body = CutBody.of(state, self.body)
+            put_ties(state, self.body, way.parting(tied.existing(body), body, share))
+        return replace(way, reached=share), lost
+
+    def parting(self, tied: TiedSections, body: CutBody, share: float) -> TiedSections:
+        """Return what of tied sections the blade leaves tied up to a share of its edge."""
+        away = np.abs(tied.linear(body, self.heights)).max(axis=(1, 2))
+        own = np.flatnonzero(away < ON_SURFACE * tied.size)
+        if not len(own):
+            return tied
+        mine = tied.some(own)
+        plain = mine.values(body, self.plain).mean(axis=1)
+        which, shares = beyond(plain, self.blade.limited, share)
+        stays = np.ones(len(tied), dtype=bool)
+        stays[own] = False
+        left = mine.parts_of(which, shares)
+        return tied.some(stays).followed_by(left, body)
+
+
+def _continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
+    """Return heights above a blade that continues the surface of tied sections close to it.
+
+    Args:
+        body: Elements that exist.
+        heights: Of all nodes above the blade [m], shape (node,).
+    """
+    if not len(tied):
+        return heights
+    away = np.abs(tied.values(body, heights[:, None])[..., 0].mean(axis=1)).max(axis=1)
+    is_near = away < CONTINUED * tied.size
+    nodes = tied.nodes(body)
+    far = np.unique(tied.entities[~is_near])
+    own = nodes[is_near & ~np.isin(tied.entities, far).any(axis=1)]
+    own = np.unique(own[own >= 0])
+    known = tied.heights[own]
+    facing = 1.0 if (known * heights[own]).sum() >= 0.0 else -1.0
+    found = heights.copy()
+    found[own] = facing * known
+    return found
+
+
+def _parted_edges(state: "State", lost: Indices, heights: Floats) -> Indices:
+    """Remove edges that a blade crosses and no element has any more; return them."""
+    network = state.network
+    edges = bare_edges(network, state.alive, lost)
+    ahead = heights[network.line_ends[edges]] >= 0.0
+    edges = edges[ahead.any(axis=1) & ~ahead.all(axis=1)]
+    state.alive[edges] = False
+    return edges
 
 
 def _among(body: CutBody, entities: Indices) -> tuple[Bools, ...]:
@@ -117,64 +233,40 @@ def _among(body: CutBody, entities: Indices) -> tuple[Bools, ...]:
 
 def _met(
     parts: CellParts, entities: Indices, heights: Floats, position: Floats, blade: Blade
-) -> tuple[Indices, Floats, Floats]:
+) -> tuple[Indices, Floats, Floats, Floats]:
     """Return which elements of a shape a blade meets, where along its edge, and how much.
 
     Returns:
-        Entities, shares of the edge, and shares of their sections, shape (n,) each.
+        Entities, shares of the edge at which their sections begin and end, and shares of the
+        sections within the blade, shape (n,) each.
     """
     corners = parts.nodes[:, : len(parts.division.corners)]
     ahead, on = heights[corners] >= 0.0, heights[corners] == 0.0
-    per_metre = np.linalg.pinv(blade.spans)
-    crossed = np.flatnonzero(ahead.any(axis=1) & ~ahead.all(axis=1))
-    own = corners[crossed]
-    met = met_edges(position[own], parts.division.edges, heights[own], blade.normal, 0.0)
-    plain = (met.mixed(position[own]) - blade.origin) @ per_metre
-    covered, middles = np.ones(len(crossed)), np.zeros(len(crossed))
+    # Where the blade lies between two elements, both have their face as a section.
+    touches = ahead.all(axis=1) & (on.sum(axis=1) >= 3)
+    crossed = np.flatnonzero((ahead.any(axis=1) & ~ahead.all(axis=1)) | touches)
+    own, side = corners[crossed], np.where(touches[crossed], -1.0, 1.0)[:, None]
+    met = met_edges(position[own], parts.division.edges, side * heights[own], blade.normal, 0.0)
+    plain = (met.mixed(position[own]) - blade.origin) @ np.linalg.pinv(blade.spans)
+    covered, ends = np.ones(len(crossed)), np.zeros((2, len(crossed)))
     if any(blade.limited) and len(crossed):
         covered = shares_of_polygons(plain, blade.limited)
-        middles = plain[:, :, 0].mean(axis=1)
-    # Where the blade lies between two elements, both count by the middle of their face.
-    is_one = ahead.all(axis=1) | ~ahead.any(axis=1)
-    touching = np.flatnonzero((on.sum(axis=1) >= 3) & is_one)
-    beside = on[touching, :, None] * position[corners[touching]]
-    middle = beside.sum(axis=1) / on[touching].sum(axis=1)[:, None]
-    centre = (middle - blade.origin) @ per_metre
-    inside = ~((np.abs(centre - 0.5) > 0.5) & blade.limited).any(axis=1)
-    chosen = np.concatenate([crossed, touching])
-    reach = np.concatenate([middles, centre[:, 0]])
-    part = np.concatenate([covered, inside.astype(float)])
-    return entities[chosen], np.clip(reach, 0.0, 1.0) * blade.limited[0], part
+    if blade.limited[0] and len(crossed):
+        along = np.clip(plain[:, :, 0], 0.0, 1.0)
+        ends = np.stack([along.min(axis=1), along.max(axis=1)])
+    return entities[crossed], ends[0], ends[1], covered
 
 
-def _surface(
-    state: "State", body: str, before: CutBody, found: DividedCells, blade: Blade
-) -> tuple[CutSurface, Indices]:
-    """Return the surface of a cut, triangle by triangle, and the element that each was in.
-
-    Areas are as drawn, of what lies within the blade.
-    """
-    network, triangles = state.network, found.cut
-    resistance, former = list[Floats](), list[Indices]()
-    for field, parts, entities, source in zip(
-        network.elements_of(body), found.groups, before.entities, found.source, strict=True
-    ):
+def _resistance(state: "State", body: str, before: CutBody, found: DividedCells) -> Floats:
+    """Return the energy per area of the triangles of a cut [J/m²], shape (triangle,)."""
+    network = state.network
+    each = list[Floats]()
+    for field, parts in zip(network.elements_of(body), found.groups, strict=True):
         known = None
         if network.cutting is not None:
             known = network.cutting.elements.get(field.block.name)
-        resistance.append(np.zeros(len(parts)) if known is None else known[parts.cell])
-        former.append(entities[source])
-    areas = triangles.sizes(found.groups, found.with_copies(network.position))
-    places = triangles.places(found.groups, found.with_copies(state.position))
-    plain = (places - blade.origin) @ np.linalg.pinv(blade.spans)
-    if any(blade.limited):
-        areas = areas * shares_of_polygons(plain, blade.limited)
-    energies = areas * np.concatenate(resistance)[triangles.parts].mean(axis=1)
-    of = np.concatenate(former)[triangles.parts[:, 1]]
-    if not blade.limited[0]:
-        return CutSurface.even(areas, energies, 0.0, 1.0), of
-    widths = SectionWidths.of(plain, blade.limited)
-    return CutSurface.of_widths(areas, energies, widths), of
+        each.append(np.zeros(len(parts)) if known is None else known[parts.cell])
+    return np.concatenate(each)[found.cut.parts].mean(axis=1)
 
 
 class SolidCut(Struct, frozen=True, eq=False):
@@ -213,9 +305,8 @@ class SolidCut(Struct, frozen=True, eq=False):
         if self.profile is None:
             return self._divide(state, way, 1.0)[1]
         state.blades = {**state.blades, self.way: way}
-        shares = np.round(way.reach[way.divides], 9)
         surface = None if state.network.cutting is None else way.surface
-        return (begin_closing(self, self.profile, shares, surface, state, queue),)
+        return (begin_closing(self, self.profile, way.steps, surface, state, queue),)
 
     def until(self, state: "State", share: float) -> tuple[LoggedEvent, ...]:
         """Divide what there is up to a share of the edge.
@@ -240,10 +331,9 @@ class SolidCut(Struct, frozen=True, eq=False):
             division = way.until(state, share)
         except NotDivisible as error:
             raise ActionFailed(str(error), None, self.span) from error
-        if division is None:
-            return way, ()
-        reached = way.reach <= share
-        area, energy = (float(each[reached].sum()) for each in (way.areas, way.energies))
-        left = replace(way, areas=way.areas * ~reached, energies=way.energies * ~reached)
-        rest, lost = left.divide(state, division)
+        before, after = way.taken(way.reached), way.taken(share)
+        area, energy = after[0] - before[0], after[1] - before[1]
+        rest, lost = way.divide(state, division, share)
+        if division is None and area == 0.0:
+            return rest, ()
         return rest, (cut_event(self.span, lost, area, energy),)

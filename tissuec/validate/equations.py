@@ -35,6 +35,7 @@ from tissuec.validate.forces.laws import ReferenceLaws
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.pressure import PressedSkin, VolumeField
 from tissuec.validate.forces.supports import MirroredForces
+from tissuec.validate.forces.ties import CohesiveTies
 from tissuec.validate.yielding import RelaxingFields, Yielding
 
 if TYPE_CHECKING:
@@ -203,6 +204,9 @@ class Equations:
                 return ActiveFibres(field)
             case "plates":
                 return PlateBending(field)
+            case "ties":
+                tied = state.tied[field.name], state.cut_bodies[field.name]
+                return CohesiveTies(*tied, state.network.position, state.alive)
             case "jet":
                 return JetForce(field, state.network)
             case "contact":

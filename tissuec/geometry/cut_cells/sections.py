@@ -57,7 +57,7 @@ class CutFacets(Struct, frozen=True, eq=False):
                 (node, 3).
             side: 0 for those in front, 1 for those behind.
         """
-        found = np.zeros((len(self), self.shares.shape[2], 3))
+        found = np.zeros((len(self), self.shares.shape[2], position.shape[1]))
         first = offsets(groups)
         for each, low, high in zip(groups, first[:-1], first[1:], strict=True):
             own = np.flatnonzero((self.parts[:, side] >= low) & (self.parts[:, side] < high))

@@ -161,8 +161,9 @@ class Cut(Struct, frozen=True):
 
     Over an interval, the blades close along the line, or along the edge of the stroke, from its
     first point to its second. Springs are cut, and elements divided, in the order of their
-    positions at the beginning of the cut; springs that come in the way later at its end. The
-    force that this needs acts on the scissors.
+    positions at the beginning of the cut; springs that come in the way later at its end. Within
+    elements, blades proceed in steps of a quarter. The force that this needs acts on the
+    scissors.
     """
 
     meant: ClassVar[str] = "slice incise transect divide sever snip resect"

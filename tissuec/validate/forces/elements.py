@@ -634,6 +634,17 @@ RULES: dict[str, Callable[[], Rule]] = {
 }
 
 
+def shape_functions(shape: str, places: Floats) -> Floats:
+    """Return the functions of the nodes of a shape, shape (place, node).
+
+    Args:
+        places: Natural coordinates, shape (place, 3).
+    """
+    _, _, exponents, nodes = RULES[shape]()
+    found = _monomials(places, exponents) @ np.linalg.inv(_monomials(nodes, exponents))
+    return np.asarray(found)
+
+
 def _monomials(places: Floats, exponents: Indices) -> Floats:
     """Return the monomials at places, shape (place, monomial)."""
     return np.prod(places[:, None, :] ** exponents, axis=2)

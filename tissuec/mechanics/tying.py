@@ -1,0 +1,261 @@
+"""Sections of cuts that are tied: what of them lies ahead of the blade.
+
+The stiffness per area of a tie is that of ``STIFF`` layers of tissue as thick as the element,
+with h = V/A of its volume and its section, in series where it joins two elements:
+
+    k = 2 STIFF / (h₁/E₁ + h₂/E₂).
+
+A tie with k h/E of 1 to 10 gives the opening of a slit, and the energy that it releases, in
+elements of any orientation; 3 takes a third of the stable step. Incompressible tissue, whose
+step is that of its bulk modulus, takes 10. (Measured for this program.)
+"""
+
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.structs import replace
+from tissuec.forces.element_fields import young_of
+from tissuec.forces.solids.ties import Ties
+from tissuec.geometry.cut_cells.parts import functions_at
+from tissuec.geometry.cut_cells.sections import CutFacets
+from tissuec.mechanics.cut_body import CutBody
+from tissuec.model.network import Floats, Indices, Network
+
+if TYPE_CHECKING:
+    from tissuec.mechanics.state import State
+
+Bools = NDArray[np.bool_]
+STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
+NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
+_POINTS = 0.5 * np.eye(3) + 1.0 / 6.0  # of triangles, of degree 2, with equal weights
+
+
+class TiedSections(Struct, frozen=True, eq=False):
+    """Triangles of cuts whose faces are tied. Sides are the part in front and the one behind.
+
+    Attributes:
+        entities: Of both parts, shape (triangle, 2).
+        roots: Corners of the cells of both that are those of a root, shape (triangle, 2, 4).
+        shares: Of these in each corner, of the same points of matter, shape
+            (triangle, 2, 3, 4).
+        stiffness: k [Pa/m], shape (triangle,).
+        damping: [Pa s/m], shape (triangle,).
+        size: h, the mean of both sides [m], shape (triangle,).
+        heights: Of the nodes of the parts above the surface that the triangles are of [m],
+            shape (node,).
+    """
+
+    entities: Indices
+    roots: Indices
+    shares: Floats
+    stiffness: Floats
+    damping: Floats
+    size: Floats
+    heights: Floats
+
+    def __len__(self) -> int:
+        return len(self.entities)
+
+    @classmethod
+    def none(cls, nodes: int) -> Self:
+        """Return none in a network of so many nodes."""
+        index = np.zeros((0, 2), dtype=np.int64)
+        roots, numbers = np.zeros((0, 2, 4), dtype=np.int64), np.zeros(0)
+        shares = np.zeros((0, 2, 3, 4))
+        return cls(index, roots, shares, numbers, numbers, numbers, np.full(nodes, np.nan))
+
+    @classmethod
+    def of(
+        cls, network: Network, name: str, body: CutBody, found: CutFacets, heights: Floats
+    ) -> Self:
+        """Return all sections of a cut.
+
+        Args:
+            name: Of the body.
+            body: Its elements after the cut.
+            found: Triangles of the cut, with numbers of parts over all shapes.
+            heights: Of all nodes above the surface, copies among them [m], shape (node,).
+        """
+        areas = found.sizes(body.parts, network.position)
+        columns = [np.zeros((0, 4))]
+        for field, parts in zip(network.elements_of(name), body.parts, strict=True):
+            shear, bulk = field.shear[parts.cell], field.bulk_modulus[parts.cell]
+            poisson = (1.5 * bulk - shear) / (3.0 * bulk + shear)
+            stiff = np.where(poisson < NEARLY_INCOMPRESSIBLE, STIFF, STIFF_INCOMPRESSIBLE)
+            late = field.viscosity[parts.cell] / shear
+            young = young_of(shear, bulk)
+            columns.append(np.stack([field.volume[parts.cell], young, stiff, late], axis=1))
+        volume, young, stiff, late = np.moveaxis(np.concatenate(columns)[found.parts], 2, 0)
+        _, pair = np.unique(found.parts, axis=0, return_inverse=True)
+        section = np.bincount(pair.ravel(), areas)[pair.ravel()]
+        own = section > 0.0
+        size = volume[own] / section[own, None]
+        stiffness = 2.0 * stiff[own].min(axis=1) / (size / young[own]).sum(axis=1)
+        entities = np.concatenate(body.entities)[found.parts[own]]
+        return cls(
+            entities, found.roots[own], found.shares[own], stiffness,
+            stiffness * late[own].mean(axis=1), size.mean(axis=1), heights,
+        )  # fmt: skip
+
+    def some(self, chosen: Bools | Indices) -> Self:
+        """Return some triangles."""
+        return type(self)(
+            self.entities[chosen], self.roots[chosen], self.shares[chosen],
+            self.stiffness[chosen], self.damping[chosen], self.size[chosen], self.heights,
+        )  # fmt: skip
+
+    def parts_of(self, which: Indices, shares: Floats) -> Self:
+        """Return parts of triangles.
+
+        Args:
+            which: The triangle that each is a part of, shape (n,).
+            shares: Of its corners in each corner, shape (n, 3, 3).
+        """
+        own = self.some(which)
+        return replace(own, shares=shares[:, None] @ own.shares)
+
+    def followed_by(self, more: Self, body: CutBody) -> Self:
+        """Return these and others; heights at nodes of others are theirs."""
+        near = np.zeros(len(self.heights), dtype=bool)
+        nodes = more.nodes(body)
+        near[nodes[nodes >= 0]] = True
+        names = ("entities", "roots", "shares", "stiffness", "damping", "size")
+        both = (np.concatenate([getattr(self, n), getattr(more, n)]) for n in names)
+        return type(self)(*both, np.where(near, more.heights, self.heights))
+
+    # --- at parts -----------------------------------------------------------------------------
+
+    def nodes(self, body: CutBody) -> Indices:
+        """Return the nodes of both parts, padded by -1, shape (triangle, 2, node)."""
+        width = max(each.nodes.shape[1] for each in body.parts)
+        found = np.full((len(self), 2, width), -1)
+        for kind, parts in enumerate(body.parts):
+            here, row = self._of_kind(body, kind)
+            found[here, : parts.nodes.shape[1]] = parts.nodes[row]
+        return found
+
+    def weights(self, body: CutBody, shares: Floats) -> Floats:
+        """Return what nodes weigh at points of triangles, shape (triangle, 2, point, node).
+
+        Args:
+            shares: Of corners of triangles at each point, shape (point, 3).
+        """
+        width = max(each.nodes.shape[1] for each in body.parts)
+        found = np.zeros((len(self), 2, len(shares), width))
+        for kind, parts in enumerate(body.parts):
+            here, _ = self._of_kind(body, kind)
+            xi = shares @ self.shares[here] @ parts.division.corners[self.roots[here]]
+            at = functions_at(parts.shape, xi).values
+            found[here, :, : at.shape[2]] = at
+        return found
+
+    def values(self, body: CutBody, values: Floats) -> Floats:
+        """Return values at corners on each side, shape (triangle, 2, 3, …).
+
+        Args:
+            values: Of all nodes in any unit, shape (node, k).
+        """
+        own = values[self.nodes(body)]
+        return self.weights(body, np.eye(3)) @ own
+
+    def linear(self, body: CutBody, heights: Floats) -> Floats:
+        """Return heights at corners, linear on roots [m], shape (triangle, 2, 3).
+
+        Args:
+            heights: Of all nodes [m], shape (node,).
+        """
+        ends = np.take_along_axis(self.nodes(body), self.roots, axis=2)
+        return (self.shares @ heights[ends][..., None])[..., 0]
+
+    def _of_kind(self, body: CutBody, kind: int) -> tuple[Bools, Indices]:
+        """Return which sides are parts of a shape, shape (triangle, 2), and their rows."""
+        here = np.isin(self.entities, body.entities[kind])
+        order = np.argsort(body.entities[kind])
+        at = np.searchsorted(body.entities[kind][order], self.entities[here])
+        return here, order[at]
+
+    def existing(self, body: CutBody) -> Self:
+        """Return those of which both parts exist."""
+        return self.some(np.isin(self.entities, np.concatenate(body.entities)).all(axis=1))
+
+    def after(
+        self,
+        before: CutBody,
+        source: tuple[Indices, ...],
+        entities: list[Indices],
+        heights: Floats,
+    ) -> Self:
+        """Return the triangles on the parts of another cut: those where their middles are.
+
+        Args:
+            before: Elements before the cut.
+            source: The former part of each part, shape (part,) each.
+            entities: Of the parts, shape (part,) each.
+            heights: Of all nodes above the surface of the cut [m], shape (node,).
+        """
+        own = self.existing(before)
+        if not len(own):
+            return own
+        each = own.linear(before, heights).mean(axis=2)
+        each = np.where(np.isnan(each), each[:, ::-1], each)
+        ahead = np.repeat((each.mean(axis=1) >= 0.0)[:, None], 2, axis=1)
+        found = own.entities.copy()
+        for kind, (of, names) in enumerate(zip(source, entities, strict=True)):
+            here, row = own._of_kind(before, kind)
+            # Of two parts, the one behind comes first.
+            first = np.searchsorted(of, row, side="left")
+            last = np.searchsorted(of, row, side="right") - 1
+            found[here] = names[np.where(ahead[here], last, first)]
+        return replace(own, entities=found)
+
+    def copied(self, copies: Indices, copied: Indices) -> Self:
+        """Return the same with heights of new nodes.
+
+        Args:
+            copies: New nodes, shape (n,).
+            copied: The nodes that these are copies of, shape (n,).
+        """
+        heights = self.heights.copy()
+        heights[copies] = heights[copied]
+        return replace(self, heights=heights)
+
+    def field(self, network: Network, name: str, body: CutBody) -> Ties:
+        """Return their force.
+
+        Args:
+            name: Of the body.
+        """
+        at = self.weights(body, _POINTS)
+        nodes = np.repeat(self.nodes(body)[:, :, None], len(_POINTS), axis=2)
+        nodes = np.where(nodes < 0, nodes[..., :1], nodes).swapaxes(1, 2)
+        signed = (at * np.array([1.0, -1.0])[:, None, None]).swapaxes(1, 2)
+        areas = np.repeat(self.areas(network, body) / len(_POINTS), len(_POINTS))
+        count, every = len(areas), np.arange(len(areas))
+        first = network.elements_of(name)[0]
+        return Ties(
+            walls=np.repeat(self.entities, len(_POINTS), axis=0).ravel(),
+            walled=np.repeat(every, 2), nodes=nodes.reshape(count, -1), name=name,
+            weights=signed.reshape(count, -1),
+            stiffness=areas * np.repeat(self.stiffness, len(_POINTS)),
+            damping=areas * np.repeat(self.damping, len(_POINTS)), span=first.span,
+        )  # fmt: skip
+
+    def areas(self, network: Network, body: CutBody) -> Floats:
+        """Return their areas as drawn [m²], shape (triangle,)."""
+        a, b, c = self.values(body, network.position)[:, 0].swapaxes(0, 1)
+        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def put_ties(state: "State", name: str, tied: TiedSections) -> None:
+    """Let a body have these ties and no others; the state is changed in place."""
+    body = state.cut_bodies[name]
+    if not len(tied):
+        state.tied = {key: one for key, one in state.tied.items() if key != name}
+        own = [b for b in state.blocks.values() if b.kind == "ties" and b.field.name == name]
+        state.remove(*own)
+        return
+    state.tied = {**state.tied, name: tied}
+    state.put(tied.field(state.network, name, body).block)
