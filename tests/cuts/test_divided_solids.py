@@ -8,7 +8,8 @@ from tests.contact.scenes import play
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.forces.acting.embedding import EmbeddedNodes
-from tissuec.mechanics.cutting import NotDivisible, carry_out, divided
+from tissuec.mechanics.cut_surfaces import NotDivisible
+from tissuec.mechanics.cutting import carry_out, divided
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
 

@@ -369,7 +369,7 @@ class Phases:
             self._now = self._static(state) if wanted else self._dynamic()
         self._now.restart(state)
         if changes and isinstance(self._now, Engine):
-            self._now.remember_motion(self._network.position, self._reach)
+            self._now.remember_motion(state.drawn, self._reach)
 
     def advance(
         self,
@@ -470,7 +470,7 @@ class Phases:
 
     def _take(self, samples: Samples) -> None:
         """Pass samples on, and note how far nodes are from their first places."""
-        moved = np.linalg.norm(samples.position - self._network.position, axis=2)
+        moved = np.linalg.norm(self._network.moved(samples.position), axis=2)
         self._reach = max(self._reach, float(moved.max(initial=0.0)))
         self._record(self._of_whole_run(samples))
 

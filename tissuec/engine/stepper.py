@@ -131,6 +131,10 @@ class Stepper:
         position, velocity = inputs.inwards(state.position), inputs.inwards(moving)
         work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
         work.trial_x[:], work.trial_v[:] = position, velocity
+        if state.riders is not None and state.embedding is not None:
+            origin = inputs.positions(work.origin)
+            state.embedding.follow(origin)
+            work.origin[:] = inputs.inwards(origin)
         self.update(time=state.time, fresh=1, memory=0.0, wait=0, pending=0, leeway=0.0)
         if self.method.ledger:
             self._load_energies(state)

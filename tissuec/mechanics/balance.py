@@ -99,7 +99,7 @@ class Balance:
         self._still = np.zeros_like(state.velocity)
         for field in self._fields:
             self._still[field.internal_rows] = state.velocity[field.internal_rows]
-        self._position, self._drawn = state.position.copy(), state.network.position
+        self._position, self._drawn = state.position.copy(), state.drawn
         self._start = self._position[self.free]
         self._frozen = np.zeros_like(self._start)
         self._last: tuple[Bars | None, list[Floats]] = None, []

@@ -24,6 +24,7 @@ from tissuec.geometry.cut_cells.quadrature import measures
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.geometry.elements import Measures
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_surfaces import NotDivisible, let_ride, on_parts, riders_of
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.cut_cells import CutCells, WeightedSums
@@ -36,10 +37,6 @@ if TYPE_CHECKING:
 
 Bools = NDArray[np.bool_]
 ROUNDING = 1e-12  # weights that are zero, and differences of those that are equal
-
-
-class NotDivisible(Exception):
-    """A body cannot be divided further, with the reason as a sentence."""
 
 
 class Division(Struct, frozen=True, eq=False):
@@ -59,6 +56,8 @@ class Division(Struct, frozen=True, eq=False):
         triangles: Of the surface of the cut, with numbers of parts over all shapes.
         are_between: Which of them lie between two elements, shape (triangle,).
         tied: Sections of former cuts that are still tied, on the parts after the cut.
+        drawn: All parts after the cut.
+        riders: Of their riding points, see ``State``.
     """
 
     phantoms: Phantoms
@@ -73,6 +72,16 @@ class Division(Struct, frozen=True, eq=False):
     triangles: CutFacets
     are_between: Bools
     tied: TiedSections | None
+    drawn: CutCells
+    riders: Indices
+
+    def alive_after(self, alive: Bools) -> Bools:
+        """Return which entities are there after the cut, shape (entity,)."""
+        alive = alive.copy()
+        alive[self.lost] = False
+        for entities, new in zip(self.body.entities, self.is_new, strict=True):
+            alive[entities[new]] = True
+        return alive
 
 
 def divided(
@@ -126,13 +135,25 @@ def divided(
     tied: TiedSections | None = state.tied.get(name)
     if tied is not None:
         tied = tied.after(before, found.source, entities, heights).copied(copies, found.copied)
-    drawn = [each.some(~each.are_whole) for each in parts]
-    measured = tuple(measures(each, state.network.position[each.drawn]) for each in drawn)
-    return Division(
+    own = [each.some(~each.are_whole) for each in parts]
+    measured = tuple(measures(each, state.network.position[each.drawn]) for each in own)
+    division = Division(
         phantoms, CutBody(parts, tuple(entities), tuple(slots), used, stored),
         found.source, np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
         copies, found.copied, measured, found.cut, pair[:, 0] != pair[:, 1], tied,
+        CutCells.none(state.network.node_count), np.zeros(0, dtype=np.int64),
     )  # fmt: skip
+    return _with_surface(state, division)
+
+
+def _with_surface(state: "State", division: Division) -> Division:
+    """Return a division whose new parts are drawn, and have riders."""
+    drawn = state.cut_cells or division.drawn
+    drawn = drawn.followed_by(drawn_parts(state.network, division))
+    alive = division.alive_after(state.alive)
+    return replace(
+        division, drawn=drawn, riders=riders_of(state, division.phantoms, drawn, alive)
+    )
 
 
 def _copied_slots(
@@ -206,13 +227,9 @@ def carry_out(state: "State", division: Division) -> None:
     state.velocity = np.ascontiguousarray(state.velocity)
     flat = state.velocity.reshape(-1)
     flat[division.moved[1]] = flat[division.moved[0]]
-    alive = state.alive.copy()
-    alive[division.lost] = False
-    for entities, new in zip(division.body.entities, division.is_new, strict=True):
-        alive[entities[new]] = True
+    state.alive = division.alive_after(state.alive)
     _release(state, copies)
     fields = network.elements_of(phantoms.body)
-    state.alive = alive
     body = division.body
     for each in zip(
         fields, body.parts, body.entities, body.slots, division.measured, strict=True
@@ -221,9 +238,10 @@ def carry_out(state: "State", division: Division) -> None:
     state.cut_bodies = {**state.cut_bodies, phantoms.body: division.body}
     if division.tied is not None:
         put_ties(state, phantoms.body, division.tied)
-    drawn = state.cut_cells or CutCells.none(network.node_count)
-    state.cut_cells = drawn.followed_by(drawn_parts(network, division))
+    state.cut_cells = division.drawn
+    let_ride(state, division.riders)
     _extend_sets(state, copies, copied)
+    state.put(*(on_parts(state, block) for block in state.blocks.values()))
 
 
 def _release(state: "State", copies: Indices) -> None:

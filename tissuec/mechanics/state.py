@@ -120,6 +120,8 @@ class State(Struct, eq=False):
         knots: Knots that were tied, by the name of the body.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         closing: Forces of blades that close.
+        riders: The node of each riding point of ``cut_cells`` that something can act on, -1 of
+            others, shape (point,); None before the first cut.
         still_until: When the scene ceases to be static [s]; minus infinity if it is not.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] of all nodes alike.
@@ -151,6 +153,7 @@ class State(Struct, eq=False):
     blades: dict[str, Any] = field(default_factory=dict[str, Any])
     cut_cells: CutCells | None = None
     tied: dict[str, Any] = field(default_factory=dict[str, Any])
+    riders: Indices | None = None
 
     @classmethod
     def start(cls, network: Network, *, gravity: Floats, drag: float) -> "State":
@@ -405,6 +408,16 @@ class State(Struct, eq=False):
         return np.flatnonzero(found)
 
     @property
+    def drawn(self) -> Floats:
+        """Return where nodes are drawn, riders by where they ride [m], shape (node, 3)."""
+        drawn, embedding = self.network.position, self.embedding
+        if self.riders is None or embedding is None:
+            return drawn
+        drawn = drawn.copy()
+        embedding.follow(drawn)
+        return drawn
+
+    @property
     def joined_pairs(self) -> Indices:
         """Return the nodes of edges of elements that are there, shape (edge, 2).
 
@@ -586,11 +599,14 @@ class State(Struct, eq=False):
 
     @property
     def coupling(self) -> "EmbeddedNodes | None":
-        """The embedded nodes that anything acts on: no phantoms that no cut has used yet."""
+        """The embedded nodes that anything acts on: no reserve that no cut has used yet."""
         embedding = self.embedding
         if embedding is None or self.shares is None:
             return embedding
-        left = embedding.without(np.flatnonzero(self.shares == 0.0))
+        unused = self.shares == 0.0
+        if self.riders is not None:
+            unused[self.riders[self.riders >= 0]] = False
+        left = embedding.without(np.flatnonzero(unused))
         return left if len(left.nodes) else None
 
     @property

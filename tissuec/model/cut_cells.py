@@ -12,7 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
-from tissuec.model.network import Floats, Indices, Network, numbers_in
+from tissuec.model.network import Floats, Indices, MirrorPlane, Network, numbers_in
 
 
 class WeightedSums(Struct, frozen=True, eq=False):
@@ -75,7 +75,7 @@ class WeightedSums(Struct, frozen=True, eq=False):
         return np.concatenate([values, self.weighted(values).astype(values.dtype)])
 
     def some(self, chosen: NDArray[np.bool_]) -> Self:
-        """Return those that are chosen, shape (sum,)."""
+        """Return those that are chosen; a mask of shape (sum,)."""
         own = chosen[self.owners]
         return type(self).of(self.counts[chosen], self.hosts[own], self.weights[own])
 
@@ -134,6 +134,11 @@ class CutCells(Struct, frozen=True, eq=False):
         corners, triangles = none.reshape(0, 4), none.reshape(0, 3)
         return cls(nodes, points, none, none, corners, none, triangles, none, none.astype(bool))
 
+    def wholes_of(self, parts: Indices) -> Indices:
+        """Return the elements of the network that parts are of, entities, shape (n,)."""
+        order = np.argsort(self.parts)
+        return self.wholes[order[np.searchsorted(self.parts, parts, sorter=order)]]
+
     def followed_by(self, more: Self) -> Self:
         """Return these and others behind them.
 
@@ -160,6 +165,30 @@ class CutCells(Struct, frozen=True, eq=False):
             corners=np.concatenate([self.corners, corners]),
             triangles=np.concatenate([self.triangles, triangles]),
             **joined,
+        )
+
+
+class PartTriangles(Struct, frozen=True, eq=False):
+    """Triangles that bound parts of solids now, where something can act on them.
+
+    Attributes:
+        corners: Nodes, riders among them, as seen from outside, shape (triangle, 3).
+        skin: The triangle of the skin as drawn that each is a part of, -1 of cut faces, shape
+            (triangle,).
+        parts: The part that each bounds, an entity, shape (triangle,).
+        planes: Of symmetry, with copies of their nodes and riders.
+    """
+
+    corners: Indices
+    skin: Indices
+    parts: Indices
+    planes: tuple[MirrorPlane, ...] = ()
+
+    def on(self, rows: Indices) -> Self:
+        """Return those that are parts of some triangles of the skin, shape (n,)."""
+        own = np.isin(self.skin, rows) & (self.skin >= 0)
+        return replace(
+            self, corners=self.corners[own], skin=self.skin[own], parts=self.parts[own]
         )
 
 

@@ -415,10 +415,26 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def parents(self) -> Indices:
-        """Return the node that each is a copy of, itself but for phantoms, shape (node,)."""
+        """Return the node that each is a copy of, itself but for phantoms, shape (node,).
+
+        That of riders is the first node of their body.
+        """
         found = np.arange(self.node_count)
         for part in self.phantoms:
-            found[part.nodes] = part.parents
+            found[part.nodes], found[part.riders] = part.parents, part.parents[0]
+        return found
+
+    def moved(self, position: Floats) -> Floats:
+        """Return displacements of nodes from the drawing [m], shape (…, node, 3).
+
+        Those of riders, which are drawn nowhere, are 0.
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        found = position - self.position
+        for part in self.phantoms:
+            found[..., part.riders, :] = 0.0
         return found
 
     def phantoms_of(self, body: str) -> Phantoms | None:

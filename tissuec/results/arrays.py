@@ -70,6 +70,7 @@ def write_network(store: Store, network: Network) -> None:
             body=[part.body for part in network.phantoms],
             nodes=[_range(part.nodes) for part in network.phantoms],
             elements=[_range(part.elements) for part in network.phantoms],
+            riders=[_range(part.riders) for part in network.phantoms],
             parents=np.concatenate([part.parents for part in network.phantoms]),
         )
     _write_threads(store, network)
@@ -149,17 +150,20 @@ def _with_reserve(body: BodyPart, phantoms: Phantoms | None) -> BodyPart:
     if phantoms is None:
         return body
     size = phantoms.elements.stop - phantoms.elements.start
-    return replace(body, reserve=Reserve(len(phantoms.parents), int(size), phantoms.cuts))
+    riders = int(phantoms.riders.stop - phantoms.riders.start)
+    nodes = len(phantoms.parents) + riders
+    return replace(body, reserve=Reserve(nodes, int(size), phantoms.cuts, riders))
 
 
 def _read_phantoms(file: ResultGroup) -> Iterator[Phantoms]:
     found, first = Contents(file, schema.PHANTOMS), 0
     if not found:
         return
-    for name, nodes, elements in found.rows("body", "nodes", "elements"):
-        count = int(nodes[1] - nodes[0])
+    for name, *ranges in found.rows("body", "nodes", "elements", "riders"):
+        nodes, elements, riders = (slice(*map(int, each)) for each in ranges)
+        count = nodes.stop - nodes.start
         parents = found["parents"][first : first + count].astype(np.int64)
-        yield Phantoms(name, slice(*map(int, nodes)), parents, slice(*map(int, elements)))
+        yield Phantoms(name, nodes, parents, elements, riders=riders)
         first += count
 
 

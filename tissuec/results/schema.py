@@ -187,6 +187,7 @@ PHANTOMS = GroupSpec(
         "nodes": _integers("body 2", f"first phantom node {_ENDS} of each body"),
         "elements": _integers("body 2", f"first number of parts {_ENDS} of each body"),
         "parents": _array("phantom", "the node that each phantom node is a copy of", kind="i4"),
+        "riders": _integers("body 2", f"first node {_ENDS} of each body that rides on parts"),
     },
     packed="large",
     when="scenes that cut solids of elements",

@@ -23,7 +23,8 @@ from tissuec.geometry.blade_sections import (
 from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights
 from tissuec.geometry.cut_cells.parts import CellParts
 from tissuec.mechanics.cut_body import CutBody
-from tissuec.mechanics.cutting import Division, NotDivisible, carry_out, divided
+from tissuec.mechanics.cut_surfaces import NotDivisible
+from tissuec.mechanics.cutting import Division, carry_out, divided
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.edges import bare_edges
 from tissuec.model.network import Floats, Indices

@@ -129,7 +129,7 @@ class Equations:
     def __init__(self, state: "State", stop: float):
         network = state.network
         self.count, self.rows = network.node_count, network.row_count
-        self.drawn = network.position
+        self.drawn = state.drawn
         # Where profiles begin and end may differ from the ends of the stretch by rounding.
         margin = ROUNDING * stop
         self.window = state.time + margin, max(stop - margin, state.time + margin)
@@ -149,7 +149,7 @@ class Equations:
         own = state.braking, state.mass, state.mass * state.weighing
         self.drag, self.mass, self.heavy = (self.embedded.lumped(n)[self.free] for n in own)
         self.gravity = state.gravity
-        self._still = state.position - network.position
+        self._still = state.position - self.drawn
         self.springs = np.flatnonzero(state.alive_springs)
         numbers = (state.springs.stiffness, state.springs.damping, state.springs.rest)
         chosen = (np.asarray(each)[..., self.springs] for each in numbers)

@@ -147,7 +147,7 @@ def _drawn(network: Network) -> Floats:
     for k, body in enumerate(network.bodies):
         number[body.nodes] = k
     for part in network.phantoms:
-        number[part.nodes] = -1.0
+        number[part.reserved] = -1.0
     return np.concatenate([network.position[: network.body_nodes], number], axis=1)
 
 

@@ -85,7 +85,7 @@ def relaxed(block: FieldBlock) -> FieldBlock:
 def _give_way(state: State, free: Indices) -> None:
     """Let what branches at some nodes remember be their elongation or strain."""
     equations = Equations(state, state.time)
-    moved = state.position - state.network.position
+    moved = state.position - state.drawn
     stretch = equations.pull(state.time, moved, state.velocity).stretch
     touched = np.isin(state.springs.ends[equations.springs], free).any(axis=1)
     given = equations.yielding.given_way(stretch, touched, state.velocity)

@@ -285,5 +285,5 @@ class Track:
 def standing_energy(state: State) -> float:
     """Return the energy of a state [J]."""
     equations = Equations(state, state.time)
-    moved = state.position - state.network.position
+    moved = state.position - state.drawn
     return equations.energies(state.time, moved, state.velocity).total

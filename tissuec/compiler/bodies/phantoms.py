@@ -2,7 +2,9 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Any
+from itertools import product
+from math import ceil
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +13,23 @@ from tissuec.compiler.bodies.arrays import BodyArrays
 from tissuec.core.structs import replace
 from tissuec.lang import syntax as s
 from tissuec.model.blocks import EMBEDDING, FieldBlock
-from tissuec.model.network import BodyPart, Network, Provenance, numbers_in
+from tissuec.model.network import BodyPart, Floats, Network, Provenance
 from tissuec.model.phantoms import NO_RESERVE, Phantoms, Reserve
 from tissuec.scene.model import Scene
+
+if TYPE_CHECKING:
+    from tissuec.forces.solids.elements import SolidElements
 
 #: Cuts for which all parts around a node have nodes of their own where they cross. A blade
 #: makes two parts there, or three where one side is in two pieces.
 MOST = 3
 _PARTS = 2  # of a cell that a blade divides
+#: Riders for each element that a blade crosses; blades at random need up to 10 in hexahedra.
+_RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0}
+FEW = 60  # more, of bodies of few elements, which share few points
+#: Planes by which the largest section of a body is estimated: along faces, edges and corners
+#: of a cube.
+_NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)], dtype=float)
 
 
 def cut_counts(scene: Scene) -> Counter[str]:
@@ -46,9 +57,26 @@ def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
     solids = body.elements
     if any(each.shape.functions > 1 or each.limits is not None for each in solids):
         return NO_RESERVE
-    copies = 2 ** min(cuts, MOST)
+    copies = 2 ** min(cuts, MOST) * len(body.mesh.position)
     elements = sum(each.item_count for each in solids)
-    return Reserve(copies * len(body.mesh.position), _PARTS * cuts * elements, cuts)
+    riders = cuts * ceil(sum(_riders(each, body.mesh.position) for each in solids))
+    return Reserve(copies + riders, _PARTS * cuts * elements, cuts, riders)
+
+
+def _riders(elements: "SolidElements", position: Floats) -> float:
+    """Return how many riders the worst of some planes through elements needs."""
+    most = max(_crossed((position @ normal)[elements.nodes]) for normal in _NORMALS)
+    return _RIDERS[elements.shape.name] * most + FEW
+
+
+def _crossed(heights: Floats) -> int:
+    """Return how many elements a plane of the worst height crosses.
+
+    Args:
+        heights: Of nodes [m], shape (element, node).
+    """
+    low, high = np.sort(heights.min(axis=1)), np.sort(heights.max(axis=1))
+    return int((np.arange(1, len(low) + 1) - np.searchsorted(high, low, side="right")).max())
 
 
 def with_phantoms(body: BodyArrays, cuts: int) -> BodyArrays:
@@ -60,7 +88,9 @@ def with_phantoms(body: BodyArrays, cuts: int) -> BodyArrays:
     reserve = reserve_of(body, cuts)
     if not reserve.nodes:
         return body
-    parents = np.tile(np.arange(len(body.mesh.position)), 1 + reserve.nodes // len(body.mass))
+    drawn, copies = len(body.mass), reserve.nodes - reserve.riders
+    parents = np.tile(np.arange(drawn), 1 + copies // drawn)
+    parents = np.append(parents, np.zeros(reserve.riders, dtype=np.int64))
 
     def copied(values: NDArray[Any]) -> NDArray[Any]:
         return values[parents]
@@ -92,16 +122,14 @@ def phantoms_of_bodies(bodies: Sequence[BodyPart]) -> tuple[Phantoms, ...]:
     """Return the phantoms of bodies with a reserve."""
     found: list[Phantoms] = []
     for body in (each for each in bodies if each.reserve.nodes):
-        nodes, elements, cuts = body.reserve
-        first = int(body.nodes.stop) - nodes
+        nodes, elements, cuts, riders = body.reserve
+        stop, copies = int(body.nodes.stop), nodes - riders
+        first = stop - nodes
         drawn = np.arange(int(body.nodes.start), first)
         spare = slice(int(body.elements.stop) - elements, int(body.elements.stop))
-        copies = nodes // len(drawn)
-        found.append(
-            Phantoms(
-                body.name, slice(first, first + nodes), np.tile(drawn, copies), spare, cuts
-            )
-        )
+        parents = np.tile(drawn, copies // len(drawn))
+        own, riding = slice(first, first + copies), slice(first + copies, stop)
+        found.append(Phantoms(body.name, own, parents, spare, cuts, riders=riding))
     return tuple(found)
 
 
@@ -109,7 +137,7 @@ def parked(network: Network) -> FieldBlock:
     """Return the embedding of phantoms in their parents, beside glue."""
     from tissuec.forces.acting.embedding import EmbeddedNodes  # where there are phantoms
 
-    nodes = np.concatenate([numbers_in(part.nodes) for part in network.phantoms])
+    nodes = np.concatenate([part.reserved for part in network.phantoms])
     field = EmbeddedNodes.alone(nodes, network.parents[nodes])
     field = field if network.embedding is None else network.embedding.joined_with(field)
     return FieldBlock(EMBEDDING, EMBEDDING, field, None)

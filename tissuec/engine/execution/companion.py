@@ -490,7 +490,7 @@ class Companion:
     def _moved(self, known: NDArray[np.bool_]) -> Floats:
         """Return the largest displacement until each of some times [m], shape (row,)."""
         # What has come back by the first of the times counts, too.
-        moved = largest(self._own[known] - self.network.position)
+        moved = largest(self.network.moved(self._own[known]))
         return np.maximum.accumulate(np.maximum(moved, self._reach[known]))
 
     def _apart(

@@ -108,7 +108,7 @@ class EffectWatcher:
         """
         before = position if memory.before is None else memory.before
         if not memory.moved:
-            way = (position - self._network.position)[: self._network.body_nodes]
+            way = self._network.moved(position)[: self._network.body_nodes]
             memory.moved = float(np.abs(way).max(initial=0.0)) > self._still
         tools = [one for one in self._tools if one.name not in memory.near]
         contact = state.touching if tools else None

@@ -55,25 +55,33 @@ class EmbeddedNodes(Field, WeightedSums, frozen=True):
         """Return these nodes and others; hosts of others that are embedded here are replaced.
 
         Args:
-            others: With a single host each, see ``alone``. What has a host that is among these
-                nodes gets the hosts, weights and shares of that node.
+            others: None of them among these nodes.
         """
         row = np.minimum(np.searchsorted(self.nodes, others.hosts), len(self.nodes) - 1)
-        follows = self.nodes[row] == others.hosts
-        # Entries of both, one behind the other; those of a node are counts[k] from starts[k].
-        starts = np.where(follows, self.first[row], len(self.hosts) + others.first[:-1])
+        follows = self.nodes[row] == others.hosts if len(self.nodes) else row < 0
+        # Entries of both, one behind the other: runs of counts[k] from starts[k], each by a
+        # factor.
+        both, own = len(self.hosts), np.ones(len(self.nodes))
+        starts = np.where(follows, self.first[row], both + np.arange(len(row)))
         starts = np.append(self.first[:-1], starts)
         counts = np.append(self.counts, np.where(follows, self.counts[row], 1))
+        of = np.append(np.arange(len(self.nodes)), len(self.nodes) + others.owners)
+        by_weight = np.concatenate([own, np.where(follows, others.weights, 1.0)])
+        by_share = np.concatenate([own, np.where(follows, others.shares, 1.0)])
         nodes = np.append(self.nodes, others.nodes)
-        order = np.argsort(nodes)
+        order = np.argsort(nodes[of], kind="stable")
         starts, counts = starts[order], counts[order]
         entries = np.repeat(starts, counts) + counted_up(counts)
+        rank = np.argsort(nodes)
+        totals = np.bincount(np.searchsorted(nodes[rank], nodes[of[order]]), counts, len(nodes))
         return type(self)(
-            nodes=nodes[order],
-            first=np.append(0, np.cumsum(counts)),
+            nodes=nodes[rank],
+            first=np.append(0, np.cumsum(totals)).astype(np.int64),
             hosts=np.append(self.hosts, others.hosts)[entries],
-            weights=np.append(self.weights, others.weights)[entries],
-            shares=np.append(self.shares, others.shares)[entries],
+            weights=np.append(self.weights, others.weights)[entries]
+            * np.repeat(by_weight[order], counts),
+            shares=np.append(self.shares, others.shares)[entries]
+            * np.repeat(by_share[order], counts),
         )
 
     def without(self, nodes: Indices) -> Self:

@@ -12,7 +12,7 @@ that is p ∂V/∂x; on a face with straight sides, also at the end of a surface
 p ∫ N_i n dA of finite elements.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import combinations
 from typing import cast
@@ -27,6 +27,7 @@ from tissuec.forces.enclosed.rims import Crossing, Rims, are_parallel, planes_at
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.edges import TriangleIndex
 from tissuec.geometry.elements import GAUSS
+from tissuec.model.cut_cells import PartTriangles
 from tissuec.model.network import Floats, Indices, MirrorPlane, Network
 
 _TRIANGLE = ((0, 1, 2),)
@@ -140,6 +141,8 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         triples: Their weighted triangles.
         ends: Nodes of each spring of the network, shape (spring, 2).
         planes: Of symmetry, at which the faces end; no two are parallel.
+        parts: The part of an element that each triangle bounds, an entity, -1 of triangles as
+            drawn, shape (triangle,); None where all are.
     """
 
     corners: Indices
@@ -148,6 +151,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
     triples: WeightedTriangles
     ends: NDArray[np.integer]
     planes: tuple[MirrorPlane, ...] = ()
+    parts: Indices | None = None
 
     def some(self, faces: Indices) -> "PressedFaces":
         """Return some of the faces, by ascending indices of shape (n,)."""
@@ -155,7 +159,34 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         face = np.searchsorted(faces, self.face[own])
         triples = self.triples.some(faces)
         corners, rows = self.corners[own], self.rows[own]
-        return PressedFaces(corners, rows, face, triples, self.ends, self.planes)
+        parts = None if self.parts is None else self.parts[own]
+        return PressedFaces(corners, rows, face, triples, self.ends, self.planes, parts)
+
+    def with_parts(self, lost: NDArray[np.bool_], parts: PartTriangles) -> "PressedFaces":
+        """Return these faces of a solid, which is pressed from outside, after cuts.
+
+        Args:
+            lost: Triangles of elements that are not there any more, shape (triangle,).
+            parts: What bounds the parts of elements.
+        """
+        left = self.some(np.setdiff1d(np.arange(self.triples.count), self.face[lost]))
+        new = parts.on(self.rows)
+        corners, count = new.corners[:, ::-1], len(new.skin)
+        first, triples = left.triples.count, left.triples
+        behind = triples.first[-1] + 1 + np.arange(count)
+        return replace(
+            self,
+            corners=np.concatenate([left.corners, corners]),
+            rows=np.append(left.rows, new.skin),
+            face=np.append(left.face, first + np.arange(count)),
+            triples=WeightedTriangles(
+                np.concatenate([triples.corners, corners]),
+                np.append(triples.weight, np.ones(count)),
+                np.append(triples.first, behind),
+            ),
+            planes=tuple(_with_nodes(plane, parts.planes) for plane in self.planes),
+            parts=np.append(np.full(len(left.rows), -1), new.parts),
+        )
 
     def turned(self, turns: NDArray[np.bool_]) -> "PressedFaces":
         """Return the same with some faces reversed, shape (face,)."""
@@ -167,7 +198,10 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         Args:
             alive: False for springs that were cut or broke, shape (spring,).
         """
-        return np.unique(self.face[~self._supported.whole(alive)])
+        whole = self._supported.whole(alive)
+        if self.parts is not None:
+            whole = np.where(self.parts < 0, whole, alive[self.parts])
+        return np.unique(self.face[~whole])
 
     @cached_property
     def rims(self) -> Rims:
@@ -182,6 +216,16 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def _supported(self) -> SupportedTriangles:
         return SupportedTriangles(self.ends, self.corners)
+
+
+def _with_nodes(plane: MirrorPlane, planes: Sequence[MirrorPlane]) -> MirrorPlane:
+    """Return the one of some planes that lies in a plane, with other nodes."""
+    (found,) = (
+        each
+        for each in planes
+        if (each.normal == plane.normal).all() and (each.origin == plane.origin).all()
+    )
+    return found
 
 
 def faces_of(network: Network, rows: Indices) -> PressedFaces:

@@ -33,6 +33,7 @@ from tissuec.forces.fields import SECONDS, Items
 from tissuec.forces.grouped_items import GroupedItems, inputs
 from tissuec.forces.pooled_fields import GroupedField
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.cut_cells import PartTriangles
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 
@@ -62,6 +63,7 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
         amount: The pressure where the profile is 1 [Pa].
         profile: Of the pressure.
         span: The sentence.
+        drawn: The faces before cuts have divided elements of a solid; None before any.
     """
 
     key: str
@@ -72,6 +74,7 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
     amount: float
     profile: TimeProfile
     span: Span
+    drawn: PressedFaces | None = None
 
     @classmethod
     def of(
@@ -193,6 +196,27 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
             return torn
         return np.append(torn, self.faces.triples.count + self._at(self.caps, torn))
 
+    def with_parts(
+        self, parts: PartTriangles, alive: NDArray[np.bool_], elements: Indices
+    ) -> Self:
+        """Return the pressure on a solid after cuts.
+
+        Args:
+            parts: What bounds the parts of its elements.
+            alive: Entities that are there, shape (entity,).
+            elements: Of the skin as drawn, see ``Network.skin_elements``.
+        """
+        drawn = self.drawn or self.faces
+        of = elements[drawn.rows]
+        lost = (of >= 0) & ~alive[of]
+        if not lost.any():
+            return self
+        faces = drawn.with_parts(lost, parts)
+        rims = [set(faces.rims.nodes_of(rim).tolist()) for rim in range(faces.rims.count)]
+        closing = [k for k in range(self.caps.count) if set(self.caps.nodes_of(k)) in rims]
+        made = self._on(faces, self.caps.some(np.array(closing, dtype=np.int64)))
+        return replace(made, drawn=drawn)
+
     def intact(self, alive: NDArray[np.bool_]) -> Self:
         """Return the pressure on intact faces; ``alive`` as in ``Field``."""
         torn = self.faces.torn(alive)
@@ -200,7 +224,10 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
             return self
         faces = self.faces.some(np.delete(np.arange(self.faces.triples.count), torn))
         lost = self._at(self.caps, torn)
-        caps = self.caps.some(np.delete(np.arange(self.caps.count), lost))
+        return self._on(faces, self.caps.some(np.delete(np.arange(self.caps.count), lost)))
+
+    def _on(self, faces: PressedFaces, caps: Rims) -> Self:
+        """Return the pressure on other faces, with caps on some of their rims."""
         rims = faces.rims
         kept = [set(caps.nodes_of(cap).tolist()) for cap in range(caps.count)]
         others = [

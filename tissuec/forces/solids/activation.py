@@ -38,6 +38,7 @@ from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, witho
 from tissuec.forces.point_kernels import kernel_of
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 
@@ -102,6 +103,35 @@ class Activation(WalledField, frozen=True):
             own.walls, own.walled, key, name, own.nodes, slopes, weight, amount, *limits,
             profile, span,
         )  # fmt: skip
+
+    def with_parts(self, fields: Sequence[Any], parts: CutCells) -> Self:
+        """Return this with elements that cuts have made of its own.
+
+        Args:
+            fields: Elements that cuts have made.
+            parts: All of them.
+        """
+        drawn = np.flatnonzero(~np.isin(self.walls, parts.parts))
+        found = [self.without(np.setdiff1d(np.arange(self.item_count), self.walled[drawn]))]
+        for each in fields:
+            if each.nodes.shape[1] != self.nodes.shape[1]:
+                continue
+            active = np.isin(parts.wholes_of(each.walls), found[0].walls)
+            own = each.without(np.flatnonzero(~active))
+            slopes, weight = own.fibre_lines
+            found.append(
+                replace(
+                    self, walls=own.walls, walled=own.walled, nodes=own.nodes, slopes=slopes,
+                    weight=weight,
+                )
+            )  # fmt: skip
+        first = np.cumsum([0, *(each.item_count for each in found)])
+        walled = [each.walled + k for each, k in zip(found, first, strict=False)]
+        names = ("walls", "nodes", "slopes", "weight")
+        columns = {
+            name: np.concatenate([getattr(one, name) for one in found]) for name in names
+        }
+        return replace(self, **columns, walled=np.concatenate(walled))
 
     @property
     def block(self) -> FieldBlock:

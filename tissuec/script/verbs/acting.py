@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
+from tissuec.model.blocks import FieldBlock
 from tissuec.script.verbs import EventQueue, LoggedEvent
 from tissuec.script.verbs.holding import sentence
 
@@ -30,6 +31,15 @@ class EndActing(Struct, frozen=True):
             return ()
         state.remove(*acting)
         return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
+
+
+def put_as_drawn(state: State, *blocks: FieldBlock) -> None:
+    """Add blocks that act on the drawn net, also on what cuts have made of its solids."""
+    if state.cut_cells is not None:
+        from tissuec.mechanics.cut_surfaces import on_parts  # where solids are cut
+
+        blocks = tuple(on_parts(state, block) for block in blocks)
+    state.put(*blocks)
 
 
 def stop_acting(state: State, name: str, *, kind: str) -> bool:

@@ -17,7 +17,7 @@ from tissuec.script.parts import (
     SubjectPart,
 )
 from tissuec.script.verbs import VERBS, EventQueue, Flaw, Group, LoggedEvent
-from tissuec.script.verbs.acting import EndActing, free_name
+from tissuec.script.verbs.acting import EndActing, free_name, put_as_drawn
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -106,7 +106,7 @@ class Activate(VerbSentence, frozen=True):
         what = f"the activation of {self.group.name}"
         name = free_name(what, state.blocks, state.time, stop)
         made = self.made(state.network, name, profile)
-        state.put(*(one.block for one in made))
+        put_as_drawn(state, *(one.block for one in made))
         if self.duration is not None:
             queue.add(stop, EndActing(tuple(one.key for one in made), self.span))
         return (LoggedEvent("activate", (), sentence(self.span), self.span),)

@@ -19,7 +19,7 @@ from tissuec.script.parts import (
     direction,
 )
 from tissuec.script.verbs import VERBS, EventQueue, Flaw, Group, LoggedEvent
-from tissuec.script.verbs.acting import EndActing, free_name
+from tissuec.script.verbs.acting import EndActing, free_name, put_as_drawn
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -87,7 +87,7 @@ class Press(VerbSentence, frozen=True):
         what = f"the pressure on {self.group.name}"
         name = free_name(what, state.blocks, state.time, stop)
         made = self.made(state.network, name, profile)
-        state.put(made.block)
+        put_as_drawn(state, made.block)
         if self.duration is not None:
             queue.add(stop, EndActing((made.key,), self.span))
         return (LoggedEvent("press", (), sentence(self.span), self.span),)
