@@ -222,7 +222,7 @@ def ties(state):
 
 def tied_area(state):
     tied = state.tied["plate"]
-    return tied.areas(state.network, state.cut_bodies["plate"]).sum()
+    return tied.areas(state.network, "plate", state.cut_bodies["plate"]).sum()
 
 
 def momentum(state):

@@ -218,8 +218,9 @@ CUT = """at 0 s: fix low
 def test_what_is_cut_takes_its_flow_along():
     text = scene(CLAY, side=10, cells=2, script=CUT, method="tolerance = 1e-6")
     outcome, recording = carried_out(compiled_scene(text))
-    (made,) = outcome.state.of_kind("membranes")
-    assert len(made.lost_items(outcome.state.alive))
+    every = [each.intact(outcome.state.alive) for each in outcome.state.of_kind("membranes")]
+    rows = np.concatenate([each.internal_rows for each in every])
+    assert every[-1].is_cut and len(np.unique(rows)) == len(rows)
     assert np.abs(balance(recording)).max() < 1e-6
 
 

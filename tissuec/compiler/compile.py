@@ -233,7 +233,7 @@ def _built(drawing: Drawing, scene: Scene, findings: Findings) -> BodyArrays:
     from tissuec.compiler.elements.build import build_elements  # most nets have no elements
 
     planes = [said.plane for said in scene.environment.planes]
-    cuts = 0 if drawing.body.is_wall else cut_counts(scene)[key_of(drawing.body.name)]
+    cuts = cut_counts(scene)[key_of(drawing.body.name)]
     built = build_elements(drawing, findings, planes, is_cut=cuts > 0)
     return with_phantoms(built, cuts) if cuts else built
 
@@ -328,8 +328,8 @@ def _element_blocks(
     for body, n, edge, one in zip(bodies, nodes, edges, elements, strict=False):
         blocks += [each.placed(n, one).block for each in body.elements]
         if body.bends is not None:
-            breaks = one if body.body.may_rupture else None
-            blocks.append(body.bends.block(position, n, body.mesh.ends + n, edge, breaks))
+            first = one if body.body.may_rupture or body.reserve.nodes else None
+            blocks.append(body.bends.block(position, n, body.mesh.ends + n, edge, first))
     return blocks
 
 

@@ -136,7 +136,7 @@ class Field(Effect, frozen=True):
         Returns:
             Of nodes, and of rows up to the last that is read, shape (…, n, 3).
         """
-        rows = max([nodes, *(self.remembered[-1:] + 1).tolist()])
+        rows = max(nodes, int(self.remembered.max(initial=-1)) + 1)
         lacks = rows - velocity.shape[-2]
         if lacks <= 0:
             return velocity[..., :rows, :]

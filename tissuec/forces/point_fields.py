@@ -74,6 +74,7 @@ class PointField(ElementField, frozen=True, dict=True):
     """
 
     directions: ClassVar[int] = 3
+    is_cut: ClassVar[bool] = False  # whether they are parts of cells
     traced: ClassVar[Tracing]
     columns: ClassVar[tuple[str, ...]] = (
         "nodes", "shear", "viscosity", "law", "constants", "stretches",

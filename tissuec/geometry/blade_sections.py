@@ -161,18 +161,19 @@ def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
 
 
 def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Indices, Floats]:
-    """Return what of triangles is not within a blade.
+    """Return what of triangles, or of lines, is not within a blade.
 
     Args:
-        plain: p and q of corners, shape (triangle, 3, 2).
+        plain: p and q of corners, shape (triangle, 3, 2) or (line, 2, 2).
         limited: Whether p and q are limited.
         reach: Largest p, if p is limited.
 
     Returns:
-        Of triangles that fill it, the one that each is a part of, shape (n,), and the shares of
-        its corners in each corner, shape (n, 3, 3).
+        Of triangles or lines that fill it, the one that each is a part of, shape (n,), and the
+        shares of its corners in each corner, shape (n, corner, corner).
     """
-    source, shares = np.arange(len(plain)), np.broadcast_to(np.eye(3), (len(plain), 3, 3))
+    count, size = plain.shape[:2]
+    source, shares = np.arange(count), np.broadcast_to(np.eye(size), (count, size, size))
     found = [(source[:0], shares[:0])]
     for axis, least, most in ((0, 0.0, reach), (1, 0.0, 1.0)):
         if not limited[axis]:
@@ -188,21 +189,29 @@ def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Ind
 
 
 def _halves(shares: Floats, height: Floats) -> list[tuple[Indices, Floats]]:
-    """Return the parts of triangles at heights above 0, and the others.
+    """Return the parts of triangles or lines at heights above 0, and the others.
 
     Args:
-        shares: Of any corners in those of the triangles, shape (triangle, 3, n).
-        height: Of these, shape (triangle, 3).
+        shares: Of any corners in those of the simplices, shape (simplex, corner, n).
+        height: Of these, shape (simplex, corner).
 
     Returns:
-        The triangle that each is a part of, shape (part,), and shares, shape (part, 3, n).
+        The simplex that each is a part of, shape (part,), and shares, shape (part, corner, n).
     """
+    size = height.shape[1]
     found: list[tuple[Indices, Floats]] = []
     for above in (height > 0.0, height <= 0.0):
         count = above.sum(axis=1)
-        whole = np.flatnonzero(count == 3)
+        whole = np.flatnonzero(count == size)
         which, parts = [whole], [shares[whole]]
-        for number in (1, 2):
+        if size == 2:
+            own = np.flatnonzero(count == 1)
+            first = above[own].argmax(axis=1)
+            a, b = shares[own, first], shares[own, 1 - first]
+            ha, hb = height[own, first][:, None], height[own, 1 - first][:, None]
+            which.append(own)
+            parts.append(np.stack([a, a + ha / (ha - hb) * (b - a)], axis=1))
+        for number in (1, 2) if size == 3 else ():
             own = np.flatnonzero(count == number)
             # The corner that is alone on its side comes first.
             alone = (above[own] if number == 1 else ~above[own]).argmax(axis=1)

@@ -35,7 +35,7 @@ class CutBody(Struct, frozen=True, eq=False):
         known = state.cut_bodies.get(name)
         if known is None:
             fields = state.network.elements_of(name)
-            whole = [CellParts.whole(one.shape.name, one.nodes) for one in fields]
+            whole = [CellParts.whole(one.cell_shape, one.nodes) for one in fields]
             slots = tuple(one.slots for one in fields)
             known = cls(tuple(whole), tuple(one.walls for one in fields), slots)
         alive = [state.alive[each] for each in known.entities]

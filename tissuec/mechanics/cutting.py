@@ -1,4 +1,4 @@
-"""Cuts through solids: blades divide the elements of a body into parts.
+"""Cuts through elements: blades divide those of a solid or a wall into parts.
 
 An element that a blade crosses is replaced by its parts, each of which has all nodes of the
 whole and integrates over its own matter (``geometry.cut_cells``). Nodes beyond the blade are
@@ -14,16 +14,14 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.core.structs import replace
-from tissuec.forces.solids.cut_elements import CutElements
 from tissuec.geometry.cut_cells.cutting import cut, near_heights
 from tissuec.geometry.cut_cells.joining import outer_faces
-from tissuec.geometry.cut_cells.masses import node_volumes
 from tissuec.geometry.cut_cells.overlaps import offsets
 from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, functions_at
-from tissuec.geometry.cut_cells.quadrature import measures
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.geometry.elements import Measures
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_fields import field_of, measures_of, put_bending, volumes_at_nodes
 from tissuec.mechanics.cut_surfaces import NotDivisible, let_ride, on_parts, riders_of
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.blocks import EMBEDDING, FieldBlock
@@ -32,7 +30,7 @@ from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.phantoms import Phantoms
 
 if TYPE_CHECKING:
-    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.point_fields import PointField
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
@@ -135,8 +133,8 @@ def divided(
     tied: TiedSections | None = state.tied.get(name)
     if tied is not None:
         tied = tied.after(before, found.source, entities, heights).copied(copies, found.copied)
-    own = [each.some(~each.are_whole) for each in parts]
-    measured = tuple(measures(each, state.network.position[each.drawn]) for each in own)
+    own, place = [each.some(~each.are_whole) for each in parts], state.network.position
+    measured = tuple(measures_of(*one, place) for one in zip(fields, own, strict=True))
     division = Division(
         phantoms, CutBody(parts, tuple(entities), tuple(slots), used, stored),
         found.source, np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
@@ -157,7 +155,7 @@ def _with_surface(state: "State", division: Division) -> Division:
 
 
 def _copied_slots(
-    field: "SolidElements", slots: Indices, source: Indices, first: int
+    field: "PointField", slots: Indices, source: Indices, first: int
 ) -> tuple[Indices, Indices]:
     """Return where parts keep their tensors, and which components are copied, shape (2, n).
 
@@ -235,6 +233,7 @@ def carry_out(state: "State", division: Division) -> None:
         fields, body.parts, body.entities, body.slots, division.measured, strict=True
     ):
         _put_elements(state, *each)
+        put_bending(state, phantoms.body, *each[1:3])
     state.cut_bodies = {**state.cut_bodies, phantoms.body: division.body}
     if division.tied is not None:
         put_ties(state, phantoms.body, division.tied)
@@ -255,7 +254,7 @@ def _release(state: "State", copies: Indices) -> None:
 
 def _put_elements(
     state: "State",
-    field: "SolidElements",
+    field: "PointField",
     parts: CellParts,
     entities: Indices,
     slots: Indices,
@@ -271,12 +270,12 @@ def _put_elements(
             field.only(item), nodes=parts.nodes[whole][moved], walls=entities[whole][moved],
             walled=every,
         ).with_slots(slots[:, whole][:, moved])  # fmt: skip
-        name = f"the {field.shape.name} elements of {field.name} beside cuts"
-        state.put(FieldBlock(name, "elements", made, field.span))
+        block = field.block
+        state.put(replace(block, name=f"{block.name} beside cuts", field=made))
     own = parts.some(~whole)
     if not len(own):
         return
-    made = CutElements.parts_of(field, own.cell, own.nodes, measured, entities[~whole])
+    made = field_of(field, own, measured, entities[~whole])
     state.put(made.with_slots(slots[:, ~whole]).block)
 
 
@@ -289,12 +288,10 @@ def _share_masses(state: "State", division: Division) -> None:
         fields, division.body.parts, division.measured, strict=True
     ):
         own, are_whole = parts.some(~parts.are_whole), parts.are_whole
-        corners = state.network.position[own.drawn]
-        stiff = field.only(own.cell)
-        bulk = stiff.bulk_modulus / stiff.shear
+        volumes = volumes_at_nodes(field, own, measured, state.network.position)
         each = [
             (parts.nodes[are_whole], field.node_volumes[parts.cell[are_whole]]),
-            (own.nodes, node_volumes(own, corners, measured, bulk)),
+            (own.nodes, volumes),
         ]
         for nodes, volumes in each:
             matter += np.bincount(nodes.ravel(), volumes.ravel(), len(matter))
@@ -374,6 +371,10 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
     for field, parts, entities, new, outer in zip(*columns, strict=True):
         own = parts.some(new)
         pieces = own.with_roots(np.ones(len(own), dtype=bool))
+        if parts.division.dimension == 2:
+            wall = _drawn_wall(network, own, pieces, entities[new], field.walls[own.cell])
+            found = found.followed_by(wall)
+            continue
         faces = PieceFaces.of(parts.shape, pieces)
         is_outer = outer[new][pieces.part[faces.piece], faces.face]
         kept = np.flatnonzero((faces.face >= 0) & is_outer | (faces.level >= 0))
@@ -416,6 +417,23 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
         )  # fmt: skip
         first += len(parts)
     return found
+
+
+def _drawn_wall(
+    network: Network, own: CellParts, pieces: PartPieces, entities: Indices, wholes: Indices
+) -> CutCells:
+    """Return the drawing of parts of triangles of a wall: pieces that face as it does."""
+    weights = own.weights(pieces)
+    flat = weights.reshape(-1, weights.shape[2])
+    numbers, points = _riding(own.nodes[np.repeat(pieces.part, 3)], flat, network.node_count)
+    left = pieces.inside.sign < 0
+    triangles = numbers.reshape(-1, 3)
+    none = CutCells.none(network.node_count)
+    return replace(
+        none, points=points, parts=entities, wholes=wholes,
+        triangles=np.where(left[:, None], triangles[:, [0, 2, 1]], triangles),
+        borders=entities[pieces.part], are_cut=np.zeros(len(pieces), dtype=bool),
+    )  # fmt: skip
 
 
 def _turned(corners: Indices, pieces: PartPieces) -> Indices:

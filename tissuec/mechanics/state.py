@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.enclosed.kept_volumes import KeptVolumes
     from tissuec.forces.enclosed.pressure import SurfacePressure
     from tissuec.forces.enclosed.volume import Enclosure
-    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.point_fields import PointField
 
 ALL = slice(None)
 
@@ -104,9 +104,9 @@ class State(Struct, eq=False):
             ``Network.internal``, shape (node + row, 3).
         alive: False for springs and elements that were cut or have broken, shape (entity,).
         mass: Masses [kg], shape (node,).
-        blades: Ways of blades that close through solids, by sentence and time.
-        cut_bodies: Solids that blades have divided, ``cutting.CutBody`` by their names.
-        tied: Sections of cuts that are tied, ``tying.TiedSections`` by the names of solids.
+        blades: Ways of blades that close through elements, by sentence and time.
+        cut_bodies: Bodies that blades have divided, ``cut_body.CutBody`` by their names.
+        tied: Sections of cuts that are tied, ``tying.TiedSections`` by the names of bodies.
         shares: Of what the drawn node has, mass and drag, that each of its copies has, shape
             (node,); None without phantoms, which have none before a cut.
         springs: All springs with their present numbers. Rest lengths of threads under way are
@@ -371,13 +371,13 @@ class State(Struct, eq=False):
     # --- cuts of elements -------------------------------------------------------------------
 
     @property
-    def cut_elements(self) -> "tuple[SolidElements, ...]":
-        """Return the solid elements that cuts have made: parts, and whole ones with copies."""
+    def cut_elements(self) -> "tuple[PointField, ...]":
+        """Return the elements that cuts have made: parts, and whole ones with copies."""
         drawn = {block.name for block in self.network.blocks}
         return tuple(
             block.field
             for name, block in self.blocks.items()
-            if block.kind == "elements" and name not in drawn
+            if block.kind in OF_ELEMENTS and name not in drawn
         )
 
     @property

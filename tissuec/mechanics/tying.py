@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import young_of
 from tissuec.forces.solids.ties import Ties
+from tissuec.forces.surfaces.membranes import Membranes
 from tissuec.geometry.cut_cells.parts import functions_at
-from tissuec.geometry.cut_cells.sections import CutFacets
+from tissuec.geometry.cut_cells.sections import CutFacets, facet_sizes
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_fields import facet_areas
 from tissuec.model.network import Floats, Indices, Network
 
 if TYPE_CHECKING:
@@ -30,17 +32,22 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
-_POINTS = 0.5 * np.eye(3) + 1.0 / 6.0  # of triangles, of degree 2, with equal weights
+#: Of triangles, of degree 2, and of lines, of degree 3, by the number of corners; weights are
+#: equal.
+_POINTS = {3: 0.5 * np.eye(3) + 1.0 / 6.0, 2: np.sqrt(1.0 / 3.0) * (np.eye(2) - 0.5) + 0.5}
 
 
 class TiedSections(Struct, frozen=True, eq=False):
     """Triangles of cuts whose faces are tied. Sides are the part in front and the one behind.
 
+    Those of cuts through walls are lines.
+
     Attributes:
         entities: Of both parts, shape (triangle, 2).
-        roots: Corners of the cells of both that are those of a root, shape (triangle, 2, 4).
+        roots: Corners of the cells of both that are those of a root, shape
+            (triangle, 2, corner of the root).
         shares: Of these in each corner, of the same points of matter, shape
-            (triangle, 2, 3, 4).
+            (triangle, 2, corner, corner of the root).
         stiffness: k [Pa/m], shape (triangle,).
         damping: [Pa s/m], shape (triangle,).
         size: h, the mean of both sides [m], shape (triangle,).
@@ -60,11 +67,11 @@ class TiedSections(Struct, frozen=True, eq=False):
         return len(self.entities)
 
     @classmethod
-    def none(cls, nodes: int) -> Self:
-        """Return none in a network of so many nodes."""
+    def none(cls, nodes: int, corners: int) -> Self:
+        """Return none in a network of so many nodes, of roots with so many corners."""
         index = np.zeros((0, 2), dtype=np.int64)
-        roots, numbers = np.zeros((0, 2, 4), dtype=np.int64), np.zeros(0)
-        shares = np.zeros((0, 2, 3, 4))
+        roots, numbers = np.zeros((0, 2, corners), dtype=np.int64), np.zeros(0)
+        shares = np.zeros((0, 2, corners - 1, corners))
         return cls(index, roots, shares, numbers, numbers, numbers, np.full(nodes, np.nan))
 
     @classmethod
@@ -79,7 +86,7 @@ class TiedSections(Struct, frozen=True, eq=False):
             found: Triangles of the cut, with numbers of parts over all shapes.
             heights: Of all nodes above the surface, copies among them [m], shape (node,).
         """
-        areas = found.sizes(body.parts, network.position)
+        areas = facet_areas(network.elements_of(name), body.parts, found, network.position)
         columns = [np.zeros((0, 4))]
         for field, parts in zip(network.elements_of(name), body.parts, strict=True):
             shear, bulk = field.shear[parts.cell], field.bulk_modulus[parts.cell]
@@ -112,7 +119,7 @@ class TiedSections(Struct, frozen=True, eq=False):
 
         Args:
             which: The triangle that each is a part of, shape (n,).
-            shares: Of its corners in each corner, shape (n, 3, 3).
+            shares: Of its corners in each corner, shape (n, corner, corner).
         """
         own = self.some(which)
         return replace(own, shares=shares[:, None] @ own.shares)
@@ -141,7 +148,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         """Return what nodes weigh at points of triangles, shape (triangle, 2, point, node).
 
         Args:
-            shares: Of corners of triangles at each point, shape (point, 3).
+            shares: Of corners of triangles at each point, shape (point, corner).
         """
         width = max(each.nodes.shape[1] for each in body.parts)
         found = np.zeros((len(self), 2, len(shares), width))
@@ -153,16 +160,16 @@ class TiedSections(Struct, frozen=True, eq=False):
         return found
 
     def values(self, body: CutBody, values: Floats) -> Floats:
-        """Return values at corners on each side, shape (triangle, 2, 3, …).
+        """Return values at corners on each side, shape (triangle, 2, corner, …).
 
         Args:
             values: Of all nodes in any unit, shape (node, k).
         """
         own = values[self.nodes(body)]
-        return self.weights(body, np.eye(3)) @ own
+        return self.weights(body, np.eye(self.shares.shape[2])) @ own
 
     def linear(self, body: CutBody, heights: Floats) -> Floats:
-        """Return heights at corners, linear on roots [m], shape (triangle, 2, 3).
+        """Return heights at corners, linear on roots [m], shape (triangle, 2, corner).
 
         Args:
             heights: Of all nodes [m], shape (node,).
@@ -228,25 +235,29 @@ class TiedSections(Struct, frozen=True, eq=False):
         Args:
             name: Of the body.
         """
-        at = self.weights(body, _POINTS)
-        nodes = np.repeat(self.nodes(body)[:, :, None], len(_POINTS), axis=2)
+        points = _POINTS[self.shares.shape[2]]
+        at, number = self.weights(body, points), len(points)
+        nodes = np.repeat(self.nodes(body)[:, :, None], number, axis=2)
         nodes = np.where(nodes < 0, nodes[..., :1], nodes).swapaxes(1, 2)
         signed = (at * np.array([1.0, -1.0])[:, None, None]).swapaxes(1, 2)
-        areas = np.repeat(self.areas(network, body) / len(_POINTS), len(_POINTS))
+        areas = np.repeat(self.areas(network, name, body) / number, number)
         count, every = len(areas), np.arange(len(areas))
         first = network.elements_of(name)[0]
         return Ties(
-            walls=np.repeat(self.entities, len(_POINTS), axis=0).ravel(),
+            walls=np.repeat(self.entities, number, axis=0).ravel(),
             walled=np.repeat(every, 2), nodes=nodes.reshape(count, -1), name=name,
             weights=signed.reshape(count, -1),
-            stiffness=areas * np.repeat(self.stiffness, len(_POINTS)),
-            damping=areas * np.repeat(self.damping, len(_POINTS)), span=first.span,
+            stiffness=areas * np.repeat(self.stiffness, number),
+            damping=areas * np.repeat(self.damping, number), span=first.span,
         )  # fmt: skip
 
-    def areas(self, network: Network, body: CutBody) -> Floats:
+    def areas(self, network: Network, name: str, body: CutBody) -> Floats:
         """Return their areas as drawn [m²], shape (triangle,)."""
-        a, b, c = self.values(body, network.position)[:, 0].swapaxes(0, 1)
-        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        sizes = facet_sizes(self.values(body, network.position)[:, 0])
+        if isinstance(wall := network.elements_of(name)[0], Membranes):
+            _, row = self._of_kind(body, 0)
+            return sizes * wall.thickness[body.parts[0].cell[row[::2]]]
+        return sizes
 
 
 def put_ties(state: "State", name: str, tied: TiedSections) -> None:

@@ -203,7 +203,8 @@ def reserved_entities(network: Network, solid: NDArray[np.integer]) -> tuple[Ind
     """
     found, of = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     names = [body.name for body in network.bodies]
-    for part in network.phantoms:
+    walls = {body.name for body in network.bodies if body.is_wall}
+    for part in (each for each in network.phantoms if each.body not in walls):
         found.append(numbers_in(part.elements))
         of.append(np.full(len(found[-1]), names.index(part.body)))
     return np.concatenate(found), np.concatenate(of)

@@ -1,28 +1,33 @@
-"""Blades that divide solids: which elements they divide, when, and what that takes.
+"""Blades that divide elements: which of them they divide, when, and what that takes.
 
 An element is divided as a whole when a blade reaches it, and its section is tied where the
 blade has not parted it (``mechanics.tying``). Heights of nodes above the blade, and where they
 are along it, are those at its beginning, so that the surfaces of neighbours adjoin. While
-blades close, they proceed in steps of a quarter of a section.
+blades close, they proceed in steps of a quarter of a section. Sections of solids are triangles;
+those of walls are lines, and as thick as the wall.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import SAME_PLACE
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.geometry.blade_sections import (
     SectionWidths,
     beyond,
     met_edges,
+    parts_of_lines,
     shares_of_polygons,
 )
 from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights
 from tissuec.geometry.cut_cells.parts import CellParts
+from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_fields import facet_areas
 from tissuec.mechanics.cut_surfaces import NotDivisible
 from tissuec.mechanics.cutting import Division, carry_out, divided
 from tissuec.mechanics.tying import TiedSections, put_ties
@@ -31,10 +36,11 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent
 from tissuec.script.verbs.closing import begin_closing, cut_event
-from tissuec.script.verbs.cut_surface import Blade, CutSurface
+from tissuec.script.verbs.cut_surface import Blade, CutSurface, surface_of_lines
 from tissuec.script.verbs.holding import sentence
 
 if TYPE_CHECKING:
+    from tissuec.forces.surfaces.membranes import Membranes
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
@@ -48,19 +54,47 @@ STEPS = 4  # of a blade that closes, on the length of a section
 MOST_STEPS = 4096
 
 
-class BladeWay(Struct, frozen=True, eq=False):
-    """A blade through a solid.
+class WallLines(Struct, frozen=True, eq=False):
+    """What is particular to the sections of walls.
 
     Attributes:
-        body: Name of the solid.
+        ends: Numbers of the ends of lines, equal ones in equal places, shape (line, 2).
+        thickness: [m], shape (line,).
+    """
+
+    ends: Indices
+    thickness: Floats
+
+    @classmethod
+    def of(cls, wall: "Membranes", facets: CutFacets, parts: CellParts) -> Self:
+        """Return those of a cut through a wall."""
+        part = facets.parts[:, 0]
+        nodes = parts.drawn[part[:, None], facets.roots[:, 0]]
+        # Ends are on edges, at the same part of them in both triangles.
+        shares = np.round(facets.shares[:, 0] / SAME_PLACE).astype(np.int64)
+        nodes = np.where(shares > 0, nodes[:, None], -1)
+        order = np.argsort(nodes, axis=2)
+        both = [np.take_along_axis(each, order, axis=2) for each in (nodes, shares)]
+        rows = np.concatenate(both, axis=2).reshape(2 * len(part), -1)
+        ends = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1, 2)
+        return cls(ends, wall.thickness[parts.cell[part]])
+
+
+class BladeWay(Struct, frozen=True, eq=False):
+    """A blade through a solid or a wall.
+
+    Attributes:
+        body: Its name.
         blade: As ordered.
         heights: Of all nodes above the blade at its beginning [m], shape (node,).
         plain: p and q of all nodes at its beginning, shape (node, 2).
         entities: Elements that it divides, shape (n,).
         begin, end: Between which shares of its edge each is, shape (n,).
-        sections: p and q of the corners of triangles of all sections, shape (triangle, 3, 2).
+        sections: p and q of the corners of triangles of all sections, shape (triangle, 3, 2),
+            or of lines, shape (line, 2, 2).
         areas: Of these, as drawn [m²], shape (triangle,).
         resistance: Energy per area of these [J/m²], shape (triangle,).
+        lines: Of walls; None in a solid.
         reached: Share of its edge up to which it has cut.
     """
 
@@ -74,11 +108,12 @@ class BladeWay(Struct, frozen=True, eq=False):
     sections: Floats
     areas: Floats
     resistance: Floats
+    lines: WallLines | None
     reached: float = 0.0
 
     @classmethod
     def of(cls, state: "State", body: str, blade: Blade) -> "BladeWay | None":
-        """Return a blade as the solid lies now; None if it divides nothing."""
+        """Return a blade as the body lies now; None if it divides nothing."""
         before = CutBody.of(state, body)
         per_metre = np.linalg.pinv(blade.spans)
         plain = (state.position - blade.origin) @ per_metre
@@ -100,13 +135,15 @@ class BladeWay(Struct, frozen=True, eq=False):
         parted = cut(before.parts, heights, _among(before, entities), near)
         if not len(parted.copied) and tied is None:
             return None
-        triangles = parted.cut
-        groups, drawn = parted.groups, state.network.position
-        at = triangles.places(groups, parted.with_copies(plain))
-        areas = triangles.sizes(groups, parted.with_copies(drawn))
+        facets, groups, fields = parted.cut, parted.groups, state.network.elements_of(body)
+        at = facets.places(groups, parted.with_copies(plain))
+        drawn = parted.with_copies(state.network.position)
+        areas, lines = facet_areas(fields, groups, facets, drawn), None
+        if groups[0].division.dimension == 2:
+            lines = WallLines.of(fields[0], facets, groups[0])
         resistance = _resistance(state, body, before, parted)
         way = cls(
-            body, blade, heights, plain, entities, begin, end, at, areas, resistance
+            body, blade, heights, plain, entities, begin, end, at, areas, resistance, lines
         )  # fmt: skip
         frees = tied is not None and len(way.parting(tied, before, 1.0)) != len(tied)
         return way if frees or len(parted.copied) else None
@@ -127,10 +164,13 @@ class BladeWay(Struct, frozen=True, eq=False):
     def surface(self) -> CutSurface:
         """Return what of the sections is within the blade, triangle by triangle."""
         limited = self.blade.limited
-        areas = self.areas
+        areas, resistance = self.areas, self.resistance
+        if (own := self.lines) is not None:
+            known = areas, self.sections, own.ends, own.thickness, resistance
+            return surface_of_lines(*known, self.blade)
         if any(limited):
             areas = areas * shares_of_polygons(self.sections, limited)
-        energies = areas * self.resistance
+        energies = areas * resistance
         if not limited[0]:
             return CutSurface.even(areas, energies, 0.0, 1.0)
         return CutSurface.of_widths(areas, energies, SectionWidths.of(self.sections, limited))
@@ -141,8 +181,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         if share <= 0.0:
             return 0.0, 0.0
         if any(limited):
-            scaled = self.sections / [share, 1.0]
-            areas = areas * shares_of_polygons(scaled, limited)
+            areas = areas * _within(self.sections / [share, 1.0], limited)
         return float(areas.sum()), float((areas * self.resistance).sum())
 
     def until(self, state: "State", share: float) -> Division | None:
@@ -173,7 +212,7 @@ class BladeWay(Struct, frozen=True, eq=False):
             lost = np.union1d(division.lost, _parted_edges(state, division.lost, heights))
             after = division.body, division.triangles
             new = TiedSections.of(state.network, self.body, *after, heights)
-            none = TiedSections.none(len(heights))
+            none = TiedSections.none(len(heights), new.roots.shape[2])
             tied = (division.tied or none).followed_by(new, division.body)
         if tied is not None:
             body = CutBody.of(state, self.body)
@@ -244,18 +283,30 @@ def _met(
     corners = parts.nodes[:, : len(parts.division.corners)]
     ahead, on = heights[corners] >= 0.0, heights[corners] == 0.0
     # Where the blade lies between two elements, both have their face as a section.
-    touches = ahead.all(axis=1) & (on.sum(axis=1) >= 3)
+    touches = ahead.all(axis=1) & (on.sum(axis=1) >= parts.division.dimension)
     crossed = np.flatnonzero((ahead.any(axis=1) & ~ahead.all(axis=1)) | touches)
     own, side = corners[crossed], np.where(touches[crossed], -1.0, 1.0)[:, None]
     met = met_edges(position[own], parts.division.edges, side * heights[own], blade.normal, 0.0)
     plain = (met.mixed(position[own]) - blade.origin) @ np.linalg.pinv(blade.spans)
     covered, ends = np.ones(len(crossed)), np.zeros((2, len(crossed)))
     if any(blade.limited) and len(crossed):
-        covered = shares_of_polygons(plain, blade.limited)
+        covered = _within(plain, blade.limited)
     if blade.limited[0] and len(crossed):
         along = np.clip(plain[:, :, 0], 0.0, 1.0)
         ends = np.stack([along.min(axis=1), along.max(axis=1)])
     return entities[crossed], ends[0], ends[1], covered
+
+
+def _within(plain: Floats, limited: tuple[bool, bool]) -> Floats:
+    """Return which parts of polygons or lines are within a blade, shape (section,).
+
+    Args:
+        plain: p and q of their corners in order, shape (section, corner, 2).
+        limited: Whether p and q are limited.
+    """
+    if plain.shape[1] == 2:
+        return np.diff(parts_of_lines(plain, limited), axis=1)[:, 0]
+    return shares_of_polygons(plain, limited)
 
 
 def _resistance(state: "State", body: str, before: CutBody, found: DividedCells) -> Floats:
@@ -270,11 +321,11 @@ def _resistance(state: "State", body: str, before: CutBody, found: DividedCells)
     return np.concatenate(each)[found.cut.parts].mean(axis=1)
 
 
-class SolidCut(Struct, frozen=True, eq=False):
-    """A cut through a solid; see ``verbs.cut.Cut``.
+class ElementCut(Struct, frozen=True, eq=False):
+    """A cut through elements; see ``verbs.cut.Cut``.
 
     Attributes:
-        body: Name of the solid.
+        body: Name of the solid or wall.
         time: When it begins [s].
         profile: Of blades that close; None where all is cut at once.
         duration: Of their closing [s]; None where it is not given.

@@ -206,7 +206,8 @@ class Equations:
                 return PlateBending(field)
             case "ties":
                 tied = state.tied[field.name], state.cut_bodies[field.name]
-                return CohesiveTies(*tied, state.network.position, state.alive)
+                thick = getattr(state.network.elements_of(field.name)[0], "thickness", None)
+                return CohesiveTies(*tied, state.network.position, state.alive, thick)
             case "jet":
                 return JetForce(field, state.network)
             case "contact":

@@ -1,4 +1,4 @@
-"""Phantom nodes and spare elements of solids that the script cuts; see ``model.phantoms``."""
+"""Phantom nodes and spare elements of bodies that the script cuts; see ``model.phantoms``."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.arrays import BodyArrays
 from tissuec.core.structs import replace
+from tissuec.geometry.cut_cells.roots import DIVISIONS
 from tissuec.lang import syntax as s
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.network import BodyPart, Floats, Network, Provenance
@@ -18,14 +19,14 @@ from tissuec.model.phantoms import NO_RESERVE, Phantoms, Reserve
 from tissuec.scene.model import Scene
 
 if TYPE_CHECKING:
-    from tissuec.forces.solids.elements import SolidElements
+    from tissuec.forces.point_fields import PointField
 
 #: Cuts for which all parts around a node have nodes of their own where they cross. A blade
 #: makes two parts there, or three where one side is in two pieces.
 MOST = 3
 _PARTS = 2  # of a cell that a blade divides
 #: Riders for each element that a blade crosses; blades at random need up to 10 in hexahedra.
-_RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0}
+_RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0, "triangle": 4.0}
 FEW = 60  # more, of bodies of few elements, which share few points
 #: Planes by which the largest section of a body is estimated: along faces, edges and corners
 #: of a cube.
@@ -50,23 +51,23 @@ def _cut_names(items: Iterable[s.Item]) -> Iterable[str]:
 
 
 def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
-    """Return the reserve that a solid needs for a number of cuts, at least one.
+    """Return the reserve that a body needs for a number of cuts, at least one.
 
     Quadratic hexahedra, and elements that can break, are removed where they are cut.
     """
-    solids = body.elements
-    if any(each.shape.functions > 1 or each.limits is not None for each in solids):
+    fields = body.elements
+    if any(one.cell_shape not in DIVISIONS or one.limits is not None for one in fields):
         return NO_RESERVE
     copies = 2 ** min(cuts, MOST) * len(body.mesh.position)
-    elements = sum(each.item_count for each in solids)
-    riders = cuts * ceil(sum(_riders(each, body.mesh.position) for each in solids))
+    elements = sum(each.item_count for each in fields)
+    riders = cuts * ceil(sum(_riders(each, body.mesh.position) for each in fields))
     return Reserve(copies + riders, _PARTS * cuts * elements, cuts, riders)
 
 
-def _riders(elements: "SolidElements", position: Floats) -> float:
+def _riders(elements: "PointField", position: Floats) -> float:
     """Return how many riders the worst of some planes through elements needs."""
     most = max(_crossed((position @ normal)[elements.nodes]) for normal in _NORMALS)
-    return _RIDERS[elements.shape.name] * most + FEW
+    return _RIDERS[elements.cell_shape] * most + FEW
 
 
 def _crossed(heights: Floats) -> int:
@@ -80,7 +81,7 @@ def _crossed(heights: Floats) -> int:
 
 
 def with_phantoms(body: BodyArrays, cuts: int) -> BodyArrays:
-    """Return a solid with its reserve for cuts.
+    """Return a body with its reserve for cuts.
 
     Args:
         cuts: How many sentences cut it, at least one.

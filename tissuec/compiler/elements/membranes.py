@@ -66,7 +66,8 @@ class WallBending(Struct, frozen=True, eq=False):
             first_node: Number of the first node of the body.
             ends: Nodes of its edges in the network, shape (edge, 2).
             first_edge: Number of the first of them.
-            first: The first of its triangles as an entity; None where these do not break.
+            first: The first of its triangles as an entity; None where these neither break nor
+                are divided.
         """
         from tissuec.forces.surfaces.plates import Plates
 

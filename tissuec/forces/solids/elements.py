@@ -108,7 +108,6 @@ class SolidElements(PointField, frozen=True):
     """
 
     at_once: ClassVar[int] = 512
-    is_cut: ClassVar[bool] = False  # whether they are parts of cells
     columns: ClassVar[tuple[str, ...]] = (*PointField.columns, "row", "bulk", "local")
     parts: ClassVar[tuple[str, ...]] = (*PointField.parts, "prestretch")
     traced: ClassVar[Tracing] = staticmethod(traced_point)
@@ -241,6 +240,11 @@ class SolidElements(PointField, frozen=True):
     def measures(self) -> tuple[Floats, Floats, Indices]:
         """Return ∂N/∂X and volumes of points, and rows; see ``PointField``."""
         return self.drawn.gradients, self.drawn.volume, self.row
+
+    @property
+    def cell_shape(self) -> str:
+        """Return the name of their shape, one of ``cut_cells.roots.DIVISIONS`` or not."""
+        return self.shape.name
 
     @property
     def sizes(self) -> Floats:

@@ -182,9 +182,19 @@ class Membranes(PointField, frozen=True):
         return bool((self.prestretch != np.eye(2)).any())
 
     @property
+    def cell_shape(self) -> str:
+        """Return the name of their shape in ``cut_cells.roots.DIVISIONS``."""
+        return "triangle"
+
+    @property
+    def volume(self) -> Floats:
+        """Return volumes as drawn [m³], shape (triangle,)."""
+        return self.thickness * self.area
+
+    @property
     def with_stretches(self) -> Self:
         """Return the triangles with ``stretches``; see ``PointField``."""
-        drawn = self.thickness * self.area
+        drawn = self.volume
         flat = np.column_stack([self.prestretch.reshape(-1, 4), self.weight / drawn])
         gradients = self.gradients @ np.linalg.inv(self.prestretch)
         return replace(self, gradients=gradients, weight=drawn, stretches=flat)

@@ -111,7 +111,7 @@ class Plates(PotentialField, frozen=True):
             first_edge: Number of the first of these.
             span: The entry that asks for it.
             triangles: Those of each patch as entities of the network, shape (triangle, n); None
-                where these do not break.
+                where these neither break nor are divided.
         """
         own = nodes[:, np.array(HINGES)].reshape(-1, 4)
         is_hinge = (nodes[:, 3:] != nodes[:, :3]).ravel()

@@ -73,10 +73,19 @@ class CutFacets(Struct, frozen=True, eq=False):
         Args:
             groups, position: As of ``places``.
         """
-        first, *others = self.places(groups, position).swapaxes(0, 1)
-        if len(others) == 1:
-            return np.linalg.norm(others[0] - first, axis=1)
-        return 0.5 * np.linalg.norm(np.cross(*(each - first for each in others)), axis=1)
+        return facet_sizes(self.places(groups, position))
+
+
+def facet_sizes(places: Floats) -> Floats:
+    """Return areas of triangles [m²], or lengths of lines [m], shape (facet,).
+
+    Args:
+        places: Of their corners [m], shape (facet, corner, 3).
+    """
+    first, *others = places.swapaxes(0, 1)
+    if len(others) == 1:
+        return np.asarray(np.linalg.norm(others[0] - first, axis=1))
+    return 0.5 * np.linalg.norm(np.cross(*(each - first for each in others)), axis=1)
 
 
 def facing_facets(groups: Sequence[CellParts], faces: PartFaces, sign: Sides) -> CutFacets:

@@ -148,9 +148,8 @@ def _refuse_interval(duration: float | None, order: Order) -> None:
 class Cut(Struct, frozen=True):
     """Cuts springs of a set, or what a blade crosses of a body now, permanently.
 
-    Springs are removed. Elements of solids are divided where the blade is, unless they are
-    quadratic or can break: these, and elements of walls, are removed if an edge of them is
-    cut.
+    Springs are removed. Elements are divided where the blade is, unless they are quadratic or
+    can break: these are removed if an edge of them is cut.
 
     ``along plane`` is an infinite plane. ``along stroke`` is the parallelogram that the edge
     between two points sweeps by a vector. ``along line`` is a strip of the plane that faces the
@@ -184,10 +183,10 @@ class Cut(Struct, frozen=True):
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         name, blade = self.group.name, self.blade
         if blade is not None and state.network.phantoms_of(name) is not None:
-            from tissuec.script.dividing import SolidCut  # where there are solids
+            from tissuec.script.dividing import ElementCut  # where there are elements
 
             known = blade, self.profile, self.duration, self.span, self.tool
-            return SolidCut(name, state.time, *known).apply(state, queue)
+            return ElementCut(name, state.time, *known).apply(state, queue)
         if self.profile is not None:
             return self._begin(self.profile, state, queue)
         lines, _ = self.found(state)

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import SAME_PLACE
 from tissuec.geometry.blade_sections import (
-    MetEdges,
     SectionWidths,
     met_edges,
     parts_of_lines,
@@ -261,45 +260,50 @@ def _of_elements(
     edges = field.shape.edges if isinstance(field, SolidElements) else EDGES
     met = met_edges(corners, edges, height, blade.normal, -ON_PLANE * state.network.extent)
     drawn_points, points = met.mixed(drawn), met.mixed(corners)
-    per_metre = np.linalg.pinv(blade.spans)
-    plain = (points - blade.origin) @ per_metre
-    limited = blade.limited
-    if isinstance(field, SolidElements):
-        areas = polygon_areas(drawn_points)
-        if any(limited):
-            areas = areas * shares_of_polygons(plain, limited)
-    else:
-        part = parts_of_lines(plain, limited)
-        length = np.linalg.norm(drawn_points[:, 1] - drawn_points[:, 0], axis=1)
-        areas = field.thickness[items] * length * (part[:, 1] - part[:, 0])
-        if limited[0]:
-            sections = _sections(points, part, nodes, met, field.thickness[items], blade)
-            plain, limited = (sections - blade.origin) @ per_metre, (True, False)
+    plain = (points - blade.origin) @ np.linalg.pinv(blade.spans)
+    if not isinstance(field, SolidElements):
+        row = np.arange(len(nodes))[:, None, None]
+        pairs = np.sort(nodes[row, met.ends], axis=2).reshape(-1, 2)
+        shared = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1, 2)
+        thickness = field.thickness[items]
+        areas = thickness * np.linalg.norm(drawn_points[:, 1] - drawn_points[:, 0], axis=1)
+        return surface_of_lines(areas, plain, shared, thickness, each, blade)
+    areas, limited = polygon_areas(drawn_points), blade.limited
+    if any(limited):
+        areas = areas * shares_of_polygons(plain, limited)
     if not limited[0]:
         return CutSurface.even(areas, each * areas, 0.0, 1.0)
     return CutSurface.of_widths(areas, each * areas, SectionWidths.of(plain, limited))
 
 
-def _sections(
-    points: Floats, part: Floats, nodes: Indices, met: MetEdges, thickness: Floats, blade: Blade
-) -> Floats:
-    """Return the sections of a wall as quadrilaterals [m], shape (triangle, 4, 3).
+def surface_of_lines(
+    areas: Floats,
+    plain: Floats,
+    shared: Indices,
+    thickness: Floats,
+    each: Floats,
+    blade: Blade,
+) -> CutSurface:
+    """Return the surface of a cut through a wall, which is as thick as the wall.
 
     Args:
-        points: Where the blade meets the edges of triangles [m], shape (triangle, 2, 3).
-        part: Between which parts it is there, shape (triangle, 2).
-        nodes: Corners of the triangles, shape (triangle, 3).
-        met: The edges.
-        thickness: Of the wall [m], shape (triangle,).
+        areas: Of the sections where the blade would meet it without limits, as drawn [m²],
+            shape (line,).
+        plain: p and q of the ends of their middle lines, shape (line, 2, 2).
+        shared: Numbers of the ends, equal ones in equal places, shape (line, 2).
+        thickness: Of the wall [m], shape (line,).
+        each: Its resistance [J/m²], shape (line,).
     """
-    row = np.arange(len(nodes))[:, None, None]
-    pairs = np.sort(nodes[row, met.ends], axis=2).reshape(-1, 2)
-    shared = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1, 2)
+    part = parts_of_lines(plain, blade.limited)
+    areas = areas * (part[:, 1] - part[:, 0])
+    if not blade.limited[0]:
+        return CutSurface.even(areas, each * areas, 0.0, 1.0)
+    # What ends at a limit has no neighbour.
     alone = np.arange(shared.size).reshape(-1, 2) + shared.max(initial=0) + 1
-    shared = np.where(
-        part == [0.0, 1.0], shared, alone
-    )  # what ends at a limit has no neighbour
-    cut = points[:, :1] + part[..., None] * (points[:, 1:] - points[:, :1])
+    shared = np.where(part == [0.0, 1.0], shared, alone)
+    cut = (plain[:, :1] + part[..., None] * (plain[:, 1:] - plain[:, :1])) @ blade.spans
     first = blade.spans[0] / np.linalg.norm(blade.spans[0])
     across: Floats = np.array([first, np.cross(blade.normal, first)], dtype=float)
-    return thick_lines(cut, shared, across, thickness)
+    thick = thick_lines(cut, shared, across, thickness) @ np.linalg.pinv(blade.spans)
+    widths = SectionWidths.of(thick, (True, False))
+    return CutSurface.of_widths(areas, each * areas, widths)

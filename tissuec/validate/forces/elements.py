@@ -638,8 +638,10 @@ def shape_functions(shape: str, places: Floats) -> Floats:
     """Return the functions of the nodes of a shape, shape (place, node).
 
     Args:
-        places: Natural coordinates, shape (place, 3).
+        places: Natural coordinates, shape (place, 3), of triangles (place, 2).
     """
+    if shape == "triangle":
+        return np.column_stack([1.0 - places.sum(axis=1), places])
     _, _, exponents, nodes = RULES[shape]()
     found = _monomials(places, exponents) @ np.linalg.inv(_monomials(nodes, exponents))
     return np.asarray(found)

@@ -2,7 +2,8 @@
 
 The opening g of a point is the difference of the places that both parts give it: g = J x, with
 one row of the sparse matrix J per point. Forces are -Jᵀ A (k g + d dg/dt), A being a third of
-the area of a triangle as drawn.
+the area of a triangle as drawn. Sections of walls are lines with the two points of Gauss, whose
+areas are halves of the length times the thickness.
 """
 
 from typing import Any
@@ -26,9 +27,17 @@ class CohesiveTies(ForceFormula):
         body: ``mechanics.cutting.CutBody``, read for the nodes of parts.
         drawn: Places of all nodes as drawn [m], shape (node, 3).
         alive: Which entities exist.
+        thickness: Of a wall by the numbers of its drawn triangles [m]; None of a solid.
     """
 
-    def __init__(self, tied: Any, body: Any, drawn: Floats, alive: NDArray[np.bool_]):
+    def __init__(
+        self,
+        tied: Any,
+        body: Any,
+        drawn: Floats,
+        alive: NDArray[np.bool_],
+        thickness: Floats | None = None,
+    ):
         place = {
             int(entity): (parts, row)
             for parts, entities in zip(body.parts, body.entities, strict=True)
@@ -37,20 +46,24 @@ class CohesiveTies(ForceFormula):
         rows: list[Floats] = []
         scale: list[tuple[float, float]] = []
         for number in np.flatnonzero(alive[tied.entities].all(axis=1)):
-            sides = [np.zeros((3, len(drawn))) for _ in range(2)]
+            count = tied.shares.shape[2]
+            sides = [np.zeros((count, len(drawn))) for _ in range(2)]
             for side, entity in enumerate(tied.entities[number]):
                 parts, row = place[int(entity)]
                 root = parts.division.corners[tied.roots[number, side]]
                 corners = tied.shares[number, side] @ root
-                values = shape_functions(parts.shape, corners.mean(axis=0) + 0.5 * (
-                    corners - corners.mean(axis=0)
-                ))  # fmt: skip
+                middle, inner = corners.mean(axis=0), 0.5 if count == 3 else 3.0**-0.5
+                values = shape_functions(parts.shape, middle + inner * (corners - middle))
                 np.add.at(sides[side], (slice(None), parts.nodes[row]), values)
                 if side == 0:
-                    a, b, c = shape_functions(parts.shape, corners) @ drawn[parts.nodes[row]]
-            area = np.linalg.norm(np.cross(b - a, c - a)) / 6.0
+                    ends = shape_functions(parts.shape, corners) @ drawn[parts.nodes[row]]
+                    cell = parts.cell[row]
+            if thickness is None:
+                area = np.linalg.norm(np.cross(ends[1] - ends[0], ends[2] - ends[0])) / 6.0
+            else:
+                area = thickness[cell] * np.linalg.norm(ends[1] - ends[0]) / 2.0
             rows.append(sides[0] - sides[1])
-            scale += [(area * tied.stiffness[number], area * tied.damping[number])] * 3
+            scale += [(area * tied.stiffness[number], area * tied.damping[number])] * count
         self._gaps = sparse.csr_matrix(np.concatenate(rows))
         self._pull, self._brake = np.array(scale).T[..., None]
 

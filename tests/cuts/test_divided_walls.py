@@ -1,0 +1,240 @@
+"""Blades divide triangles of walls: what is kept, what moves on its own, and bending."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.contact.scenes import play
+from tests.cuts.test_divided_solids import cut, momentum
+from tests.every import every
+from tests.validate.scenes import compiled_scene, quantity, validated
+from tests.whole_runs import same_on_two_threads, same_when_resumed
+from tissuec.forces.surfaces.cut_plates import held_stiffness
+
+GEL = """language 1
+tissue gel {
+  Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
+  retardation time = 1 ms
+}
+"""
+SHEET = (
+    "sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 10, 0) mm\n"
+    "  columns = 9; rows = 5 }"
+)
+TUBE = "tube { axis from (0, 5, 5) mm to (20, 5, 5) mm; radius = 5 mm; rings = 8; sides = 10 }"
+BODY = """body block {
+  mesh is MESH
+  made of elements; tissue is gel; thickness = 1 mm; bending is elastic
+}
+set base = nodes of block where x < 0.01 mm
+environment { gravity = (0, 0, 0) m/s^2 }
+"""
+ANY = "at 0.9 s: cut block along plane through (1, 0, 0) m facing (1, 0, 0)\n"
+END = "simulate { duration = 1 s }\n"
+
+
+def scene(mesh=SHEET, cuts=1, orders="", end=END):
+    text = GEL + BODY.replace("MESH", mesh)
+    return text + "script {\n" + orders + ANY * cuts + "}\n" + end
+
+
+def state_of(text):
+    compiled = compiled_scene(text)
+    return compiled.plan.start(compiled.network)
+
+
+def intact(state, kind):
+    """Return the fields of a kind with what they have left."""
+    found = (each.intact(state.alive) for each in state.of_kind(kind))
+    return [each for each in found if each.item_count]
+
+
+def volume(state):
+    return sum(each.weight.sum() for each in intact(state, "membranes"))
+
+
+BLADES = [
+    ((11.2, 5, 0), (1, 0.2, 0)),
+    ((10, 5, 0), (1, 0, 0)),  # along edges
+    ((11, 5, 0), (0.3, 1, 0)),
+    ((10, 5, 0), (1, 1, 0.3)),  # through nodes
+]
+
+
+@pytest.mark.parametrize("mesh", [SHEET, TUBE])
+@every("blade", BLADES)
+def test_mass_area_and_motion_are_kept(mesh, blade):
+    """All are sums of as many numbers as there are nodes, to rounding."""
+    state = state_of(scene(mesh, cuts=2))
+    rng = np.random.default_rng(3)
+    for through, facing in (blade, ((10.3, 4.4, 0.2), (0.1, 1, 0.3))):
+        state.velocity[:] = 0.01 * rng.normal(size=state.velocity.shape)
+        state.follow_hosts()
+        before = state.inertia.sum(), volume(state), momentum(state)
+        division = cut(state, through, facing)
+        assert division is not None and len(division.copies)
+        assert state.inertia.sum() == pytest.approx(before[0], rel=1e-14)
+        assert volume(state) == pytest.approx(before[1], rel=1e-13)
+        scale = np.abs(before[2]).max()
+        assert_allclose(momentum(state), before[2], atol=1e-13 * scale, rtol=1e-12)
+        assert (state.inertia[state.free] > 0.0).all()
+
+
+def ahead_of(state, through, normal):
+    """Return which nodes belong to parts in front of a plane, shape (node,)."""
+    (parts,) = state.cut_bodies["block"].parts
+    middle = state.network.position[parts.drawn].mean(axis=1) - 1e-3 * np.array(through)
+    side = np.where(parts.are_whole, middle @ normal, parts.sides[:, -1])
+    found = np.zeros(len(state.position), dtype=bool)
+    found[parts.nodes[side > 0.0]] = True
+    return found
+
+
+@every("blade", BLADES[:3])
+def test_each_side_passes_the_patch_test(blade):
+    """Under plane stresses that leave the cut free, no node inside of a side has a force."""
+    state = state_of(scene())
+    normal = np.array(blade[1], float) / np.linalg.norm(blade[1])
+    cut(state, *blade)
+    place, ahead = state.network.position, ahead_of(state, blade[0], normal)
+    young, ratio, rng = 10e3, 0.3, np.random.default_rng(5)
+    moved = np.zeros_like(place)
+    along = np.array([-normal[1], normal[0], 0.0])
+    for side in (ahead, ~ahead):
+        stress = rng.normal() * np.outer(along, along)
+        strain = ((1.0 + ratio) * stress - ratio * np.trace(stress) * np.eye(3)) / young
+        strain[2] = 0.0
+        turn = 1e-4 * rng.normal(size=(3, 3))
+        moved[side] = place[side] @ (strain + turn - turn.T).T
+    force = np.zeros_like(place)
+    for own in intact(state, "membranes"):
+        stiff = own.element_matrices(place, exact=True)
+        np.add.at(force, own.nodes, np.einsum("eaxby,eby->eax", stiff, moved[own.nodes]))
+    x, y = place[:, :2].T
+    outer = (x < 1e-9) | (x > 0.02 - 1e-9) | (y < 1e-9) | (y > 0.01 - 1e-9)
+    assert np.abs(force[~outer]).max() < 1e-12 * np.abs(force[outer]).max()
+
+
+def test_free_halves_bend_on_their_own():
+    """A half that is folded along the cut has no bending energy, nor has one that turns."""
+    state = state_of(scene())
+    cut(state, (11.2, 5, 0), (1, 0, 0))
+    ahead = ahead_of(state, (11.2, 5, 0), np.array([1.0, 0.0, 0.0]))
+    turned = state.position.copy()
+    turned[ahead] = turned[ahead] @ np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]) + 5e-3
+    bent = [each.energies(turned).sum() for each in intact(state, "plates")]
+    size = 10e3 * 1e-9 / 12.0  # rigidity, the energy of a fold of about 1 rad
+    assert len(bent) == 2 and max(bent) < 1e-20 * size
+
+
+def bent_energies(blade, curvature):
+    """Return energies of a sheet rolled to a small curvature before and after a cut [J].
+
+    Columns of shape: whole, and each side.
+    """
+    state = state_of(scene(FINE))
+    rolled = state.position.copy()
+    way = np.array([np.cos(curvature[1]), np.sin(curvature[1]), 0.0])
+    rolled[:, 2] = 0.5 * curvature[0] * ((rolled - 5e-3) @ way) ** 2
+    before = sum(each.energies(rolled).sum() for each in intact(state, "plates"))
+    cut(state, *blade)
+    rolled = rolled[state.network.parents]
+    after = sum(each.energies(rolled).sum() for each in intact(state, "plates"))
+    return before, after
+
+
+FINE = SHEET.replace("columns = 9; rows = 5", "columns = 33; rows = 17")
+
+
+@every("angle", [0.0, 0.7, 1.57])
+def test_bending_of_both_sides_adds_up_to_that_of_the_whole(angle):
+    """But for triangles along the cut, which have fewer hinges: their energy is lower.
+
+    Of 32 x 16 cells, those beside a straight cut are 16 of 512, so that at most 3 % is lost.
+    """
+    before, after = bent_energies(((11.2, 5, 0), (1, 0.1, 0)), (0.1, angle))
+    assert 0.96 * before < after < before * (1.0 + 1e-9)
+
+
+def test_parts_hold_on_to_parts_as_far_as_these_are_there():
+    """Springs in series: as the whole, a fraction of it, and without a moment at free edges."""
+    rng = np.random.default_rng(2)
+    root = rng.normal(size=(5, 3, 3))
+    stiff = root @ root.swapaxes(1, 2)
+    share = np.array([1.0, 0.3, 0.3, 0.7, 0.2])
+    held = np.array([[1, 1, 1], [0.3, 0.5, 1], [1e-9, 1, 1], [0, 0.5, 0.7], [0.1, 0, 0]])
+    found = held_stiffness(stiff, share, held)
+    assert_allclose(found[0], stiff[0], rtol=1e-10)
+    assert_allclose(found[1], 0.3 * stiff[1], rtol=1e-10)
+    free = np.linalg.inv(np.linalg.inv(stiff[2])[1:, 1:])
+    assert_allclose(found[2][1:, 1:], 0.3 * free, rtol=1e-6)
+    assert np.abs(found[2][0]).max() < 1e-6 * np.abs(stiff[2]).max()
+    for k in range(5):
+        least = np.minimum(share[k], held[k])
+        assert (np.diag(found[k]) <= 2.0 * least * np.diag(stiff[k]) * (1 + 1e-12)).all()
+        assert np.linalg.eigvalsh(found[k])[0] > -1e-12 * np.abs(stiff[k]).max()
+
+
+def test_a_half_falls_freely():
+    """The half beyond the held edge falls as all that is free does."""
+    orders = (
+        "at 0 s: { fix base\n"
+        "cut block along plane through (11.2, 0, 0) mm facing (1, 0.1, 0) }\n"
+    )
+    end = (
+        "output { position(tip) every 1 ms }\nsimulate { duration = 10 ms; tolerance = 1e-8 }\n"
+    )
+    text = scene(orders=orders, end=end).replace(ANY, "")
+    text = text.replace("(0, 0, 0) m/s^2", "(0, 0, -10) m/s^2")
+    text = text.replace(
+        "environment", "set tip = nodes of block where x > 12.6 mm\nenvironment"
+    )
+    time, place = play(text).log("position of tip")
+    assert_allclose(place[:, 2] - place[0, 2], -5.0 * time**2, atol=1e-9)
+
+
+SLIT = (
+    "at 0 s: fix base\n"
+    "from 2 ms to 6 ms: cut block along line from (11.2, -1, 0) mm to (11.2, 6, 0) mm "
+    "facing (1, 0, 0) using constant speed\n"
+    "at 8 ms: cut block along plane through (5, 5, 0) mm facing (0.2, 1, 0.1)\n"
+)
+LOGGED = """output { trajectory every 1 ms; force of base every 1 ms; energy every 1 ms
+  count(pieces of block) every 1 ms }
+simulate { duration = 10 ms; tolerance = 1e-4 }
+"""
+
+
+def slit(mesh=SHEET):
+    text = scene(mesh, orders=SLIT, end=LOGGED).replace(ANY, "")
+    return text.replace("(0, 0, 0) m/s^2", "(2, 0, -9.81) m/s^2")
+
+
+def test_a_slit_leaves_one_piece_and_a_second_cut_crosses_it():
+    """Both sides of the slit hang on the rest above it, until the other cut crosses both."""
+    played = play(slit())
+    time, pieces = played.log("pieces of block")
+    assert set(pieces[time < 7.5e-3, 0]) == {1.0}
+    assert pieces[-1, 0] == 3
+
+
+def test_scipy_finds_the_same_motion():
+    found = validated(slit(), rtol=1e-6)
+    for name in ("position", "energy balance"):
+        assert quantity(found, name).error < 1e-4
+
+
+def test_scipy_finds_the_same_motion_of_relaxing_parts():
+    relaxing = "relaxing share = 30 %; relaxation time = 5 ms\n  retardation time"
+    found = validated(slit().replace("retardation time", relaxing), rtol=1e-6)
+    assert quantity(found, "position").error < 1e-4
+
+
+def test_a_run_that_is_resumed_within_a_cut_gives_the_same_bytes():
+    _, *parts = same_when_resumed(compiled_scene(slit()), "force of base", 3, 6)
+    assert any(first.state.blades for first, _ in parts)
+
+
+def test_threads_change_no_bit(threads_in_small_nets):
+    text = slit(FINE).replace("10 ms", "4 ms")
+    same_on_two_threads(compiled_scene(text), "force of base")
