@@ -203,8 +203,10 @@ def reserved_entities(network: Network, solid: NDArray[np.integer]) -> tuple[Ind
     """
     found, of = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     names = [body.name for body in network.bodies]
-    walls = {body.name for body in network.bodies if body.is_wall}
-    for part in (each for each in network.phantoms if each.body not in walls):
+    for part in network.phantoms:
+        whole = network.bodies[names.index(part.body)].elements
+        if not ((solid >= whole.start) & (solid < whole.stop)).any():
+            continue  # a wall
         found.append(numbers_in(part.elements))
         of.append(np.full(len(found[-1]), names.index(part.body)))
     return np.concatenate(found), np.concatenate(of)

@@ -337,7 +337,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         Nodes that parts have on the far side of a cut are not.
         """
         found = np.ones(self.points, dtype=bool)
-        if len(self.all_solids):
+        if self.network.phantoms:
             found[: len(self.nodes)] = self._may_be_lonely
         if self.cut is not None:
             found[self.cut.pieces.nodes] = True
@@ -432,7 +432,7 @@ class RecordedMesh(Struct, frozen=True, eq=False, dict=True):
         lonely[triangles] = False
         lonely[self.solids.some(elements).nodes] = False
         lonely = lonely[: len(self.nodes)]
-        if len(self.all_solids):
+        if self.network.phantoms:
             lonely &= self._may_be_lonely
         vertices = np.flatnonzero(lonely)[:, None]
         count = self.points if points is None else points
