@@ -188,6 +188,23 @@ def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Ind
     return every[0], every[1]
 
 
+def inside_boxes(plain: Floats, low: Floats, high: Floats) -> tuple[Indices, Floats]:
+    """Return what of triangles is within a range of p and q each; see ``beyond``.
+
+    Args:
+        plain: p and q of corners, shape (triangle, 3, 2).
+        low, high: Ends of the range of each triangle, shape (triangle, 2).
+    """
+    source, shares = np.arange(len(plain)), np.broadcast_to(np.eye(3), (len(plain), 3, 3))
+    for axis in range(2):
+        for sign, limits in ((1.0, low), (-1.0, high)):
+            at = (shares @ plain[source][..., axis : axis + 1])[..., 0]
+            height = sign * (at - limits[source, axis, None])
+            which, shares = _halves(shares, height)[0]
+            source = source[which]
+    return source, shares
+
+
 def _halves(shares: Floats, height: Floats) -> list[tuple[Indices, Floats]]:
     """Return the parts of triangles or lines at heights above 0, and the others.
 

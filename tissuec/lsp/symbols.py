@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared, without
-from tissuec.script.tools import TOOLS, grasping
+from tissuec.script.tools import CUTTING, TOOLS, grasping
 
 
 class Symbol(Struct, frozen=True):
@@ -76,7 +76,8 @@ def _sorts_of_tool(items: Iterable[s.Item]) -> tuple[str, ...]:
     kind = next(said, "")
     kinds = (kind,) if kind in TOOLS else tuple(TOOLS)
     holds = ("grasping",) if kind in grasping() or kind not in TOOLS else ()
-    return kinds if kind == "scissors" else (*kinds, *holds, "holding")
+    cuts = ("cutting",) if kind in CUTTING or kind not in TOOLS else ()
+    return (*kinds, *cuts) if kind == "scissors" else (*kinds, *holds, *cuts, "holding")
 
 
 def _inside(kind: str, declared: Declared) -> Iterator[Symbol]:

@@ -10,6 +10,7 @@ elements of any orientation; 3 takes a third of the stable step. Incompressible 
 step is that of its bulk modulus, takes 10. (Measured for this program.)
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -148,15 +149,30 @@ class TiedSections(Struct, frozen=True, eq=False):
         """Return what nodes weigh at points of triangles, shape (triangle, 2, point, node).
 
         Args:
-            shares: Of corners of triangles at each point, shape (point, corner).
+            shares: Of corners of triangles at each point, shape (point, corner) or
+                (triangle, point, corner).
         """
         width = max(each.nodes.shape[1] for each in body.parts)
-        found = np.zeros((len(self), 2, len(shares), width))
+        points = np.broadcast_to(shares, (len(self), *shares.shape[-2:]))
+        found = np.zeros((len(self), 2, points.shape[1], width))
         for kind, parts in enumerate(body.parts):
             here, _ = self._of_kind(body, kind)
-            xi = shares @ self.shares[here] @ parts.division.corners[self.roots[here]]
+            own = points[np.nonzero(here)[0]] @ self.shares[here]
+            xi = own @ parts.division.corners[self.roots[here]]
             at = functions_at(parts.shape, xi).values
             found[here, :, : at.shape[2]] = at
+        return found
+
+    def of_parts(self, body: CutBody, values: Sequence[Floats]) -> Floats:
+        """Return values of the parts on both sides, in their unit, shape (triangle, 2).
+
+        Args:
+            values: Of all parts of each shape, shape (part,) each.
+        """
+        found = np.zeros((len(self), 2))
+        for kind, each in enumerate(values):
+            here, row = self._of_kind(body, kind)
+            found[here] = each[row]
         return found
 
     def values(self, body: CutBody, values: Floats) -> Floats:

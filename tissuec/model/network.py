@@ -177,13 +177,17 @@ class JointPart(Struct, frozen=True):
         return NetSize(0, self.springs.stop - self.springs.start)
 
 
+#: Shapes of tools without contact.
+UNTOUCHED = ("opening", "edge")
+
+
 class ToolShape(NamedTuple):
     """Shapes that pairs of nodes of a tool carry.
 
     Attributes:
         kind: "capsule" between them, "plane" through the first and at right angles to the way
-            to the second, or "opening" that looks this way.
-        radius: Of a capsule or an opening [m].
+            to the second, "opening" that looks this way, or "edge" between them.
+        radius: Of a capsule or an opening, and of an edge as it is drawn [m].
     """
 
     kind: str
@@ -198,6 +202,11 @@ class ToolPart(Struct, frozen=True):
     nodes: slice
     span: Span
     shapes: tuple[ToolShape, ...] = ()
+
+    @property
+    def touches(self) -> bool:
+        """Return whether any of its shapes has contact."""
+        return any(shape.kind not in UNTOUCHED for shape in self.shapes)
 
     @property
     def jaws(self) -> tuple[Indices, Indices] | None:

@@ -15,7 +15,7 @@ from tissuec.laws.formula import Formula
 from tissuec.laws.solid import SolidLaw
 from tissuec.laws.uniaxial import Stiffening
 from tissuec.meshes.generators import Generator, is_wall
-from tissuec.model.network import Floats
+from tissuec.model.network import UNTOUCHED, Floats
 from tissuec.scene.environment import Environment
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.program.metadata import Metadata
@@ -433,8 +433,8 @@ class Tool(Struct, frozen=True):
 
     @property
     def may_touch(self) -> bool:
-        """Return whether it has no opening, whose place alone counts."""
-        return all(shape.kind != "opening" for shape in self.shapes)
+        """Return whether it has no opening or edge, whose place alone counts."""
+        return all(shape.kind not in UNTOUCHED for shape in self.shapes)
 
     @property
     def holds_nodes(self) -> bool:

@@ -7,6 +7,7 @@ blades close, they proceed in steps of a quarter of a section. Sections of solid
 those of walls are lines, and as thick as the wall.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -23,7 +24,7 @@ from tissuec.geometry.blade_sections import (
     parts_of_lines,
     shares_of_polygons,
 )
-from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights
+from tissuec.geometry.cut_cells.cutting import cut, near_heights
 from tissuec.geometry.cut_cells.parts import CellParts
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.mechanics.cut_body import CutBody
@@ -32,7 +33,7 @@ from tissuec.mechanics.cut_surfaces import NotDivisible
 from tissuec.mechanics.cutting import Division, carry_out, divided
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.edges import bare_edges
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent
 from tissuec.script.verbs.closing import begin_closing, cut_event
@@ -120,11 +121,11 @@ class BladeWay(Struct, frozen=True, eq=False):
         heights = (state.position - blade.origin) @ blade.normal
         tied = state.tied.get(body)
         if tied is not None:
-            heights = _continued(tied.existing(before), before, heights)
+            heights = continued(tied.existing(before), before, heights)
         near = near_heights(before.parts, state.position)
         heights = np.where(np.abs(heights) < near, 0.0, heights)
         found = [
-            _met(parts, entities, heights, state.position, blade)
+            met_sections(parts, entities, heights, state.position, blade)
             for parts, entities in zip(before.parts, before.entities, strict=True)
         ]
         entities, begin, end, covered = (
@@ -132,7 +133,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         )
         divides = covered > LEAST_SHARE
         entities, begin, end = entities[divides], begin[divides], end[divides]
-        parted = cut(before.parts, heights, _among(before, entities), near)
+        parted = cut(before.parts, heights, among(before, entities), near)
         if not len(parted.copied) and tied is None:
             return None
         facets, groups, fields = parted.cut, parted.groups, state.network.elements_of(body)
@@ -141,7 +142,8 @@ class BladeWay(Struct, frozen=True, eq=False):
         areas, lines = facet_areas(fields, groups, facets, drawn), None
         if groups[0].division.dimension == 2:
             lines = WallLines.of(fields[0], facets, groups[0])
-        resistance = _resistance(state, body, before, parted)
+        each = resistances(state.network, body, groups)
+        resistance = np.concatenate(each)[facets.parts].mean(axis=1)
         way = cls(
             body, blade, heights, plain, entities, begin, end, at, areas, resistance, lines
         )  # fmt: skip
@@ -192,7 +194,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         """
         reached = self.entities[self.begin + LEAST_SHARE <= share]
         body = CutBody.of(state, self.body)
-        return divided(state, self.body, self.heights, _among(body, reached))
+        return divided(state, self.body, self.heights, among(body, reached))
 
     def divide(
         self, state: "State", division: Division | None, share: float
@@ -204,16 +206,10 @@ class BladeWay(Struct, frozen=True, eq=False):
         way, lost = self, np.zeros(0, dtype=np.int64)
         tied = state.tied.get(self.body)
         if division is not None:
-            heights, plain = self.heights.copy(), self.plain.copy()
-            heights[division.copies] = heights[division.copied]
+            plain = self.plain.copy()
             plain[division.copies] = plain[division.copied]
+            heights, tied, lost = tied_apart(state, division, self.heights)
             way = replace(self, heights=heights, plain=plain)
-            carry_out(state, division)
-            lost = np.union1d(division.lost, _parted_edges(state, division.lost, heights))
-            after = division.body, division.triangles
-            new = TiedSections.of(state.network, self.body, *after, heights)
-            none = TiedSections.none(len(heights), new.roots.shape[2])
-            tied = (division.tied or none).followed_by(new, division.body)
         if tied is not None:
             body = CutBody.of(state, self.body)
             put_ties(state, self.body, way.parting(tied.existing(body), body, share))
@@ -234,7 +230,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         return tied.some(stays).followed_by(left, body)
 
 
-def _continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
+def continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
     """Return heights above a blade that continues the surface of tied sections close to it.
 
     Args:
@@ -256,6 +252,28 @@ def _continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
     return found
 
 
+def tied_apart(
+    state: "State", division: Division, heights: Floats
+) -> tuple[Floats, TiedSections, Indices]:
+    """Divide elements, all of whose sections are tied; the state is changed in place.
+
+    Args:
+        heights: Of all nodes above the surface [m], shape (node,).
+
+    Returns:
+        Heights with those of copies, what is tied, which is not in the state yet, and what is
+        lost, shape (n,).
+    """
+    heights = heights.copy()
+    heights[division.copies] = heights[division.copied]
+    carry_out(state, division)
+    lost = np.union1d(division.lost, _parted_edges(state, division.lost, heights))
+    after = division.body, division.triangles
+    new = TiedSections.of(state.network, division.phantoms.body, *after, heights)
+    none = TiedSections.none(len(heights), new.roots.shape[2])
+    return heights, (division.tied or none).followed_by(new, division.body), lost
+
+
 def _parted_edges(state: "State", lost: Indices, heights: Floats) -> Indices:
     """Remove edges that a blade crosses and no element has any more; return them."""
     network = state.network
@@ -266,12 +284,12 @@ def _parted_edges(state: "State", lost: Indices, heights: Floats) -> Indices:
     return edges
 
 
-def _among(body: CutBody, entities: Indices) -> tuple[Bools, ...]:
+def among(body: CutBody, entities: Indices) -> tuple[Bools, ...]:
     """Return which elements of a body are some, shape (part,) each."""
     return tuple(np.isin(each, entities) for each in body.entities)
 
 
-def _met(
+def met_sections(
     parts: CellParts, entities: Indices, heights: Floats, position: Floats, blade: Blade
 ) -> tuple[Indices, Floats, Floats, Floats]:
     """Return which elements of a shape a blade meets, where along its edge, and how much.
@@ -309,16 +327,20 @@ def _within(plain: Floats, limited: tuple[bool, bool]) -> Floats:
     return shares_of_polygons(plain, limited)
 
 
-def _resistance(state: "State", body: str, before: CutBody, found: DividedCells) -> Floats:
-    """Return the energy per area of the triangles of a cut [J/m²], shape (triangle,)."""
-    network = state.network
-    each = list[Floats]()
-    for field, parts in zip(network.elements_of(body), found.groups, strict=True):
+def resistances(network: Network, body: str, groups: Sequence[CellParts]) -> list[Floats]:
+    """Return the cutting resistance of parts [J/m²], shape (part,) each.
+
+    Args:
+        body: Its name.
+        groups: Parts of its cells, those of each shape.
+    """
+    found = list[Floats]()
+    for field, parts in zip(network.elements_of(body), groups, strict=True):
         known = None
         if network.cutting is not None:
             known = network.cutting.elements.get(field.block.name)
-        each.append(np.zeros(len(parts)) if known is None else known[parts.cell])
-    return np.concatenate(each)[found.cut.parts].mean(axis=1)
+        found.append(np.zeros(len(parts)) if known is None else known[parts.cell])
+    return found
 
 
 class ElementCut(Struct, frozen=True, eq=False):

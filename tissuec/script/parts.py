@@ -102,7 +102,8 @@ class ToolClause(ClausePart, frozen=True):
     """The name of a tool of a kind.
 
     Attributes:
-        kind: Kind of the tool; "grasping" for all kinds that hold nodes.
+        kind: Kind of the tool; "grasping" for all kinds that hold nodes, "cutting" for all that
+            cut.
         entries: Whether its entries are read instead of its name.
     """
 

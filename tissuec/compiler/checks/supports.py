@@ -158,7 +158,7 @@ def _is_caught(
     if law is None or compiled.network.contact is None:
         return False
     has_thread = any(body.thread is not None for body in one.bodies)
-    for tool in network.tools:
+    for tool in filter(lambda tool: tool.touches, network.tools):
         reach = max(shape.radius for shape in tool.shapes) + _way(events, tool.name)
         is_plane = any(shape.kind == "plane" for shape in tool.shapes)
         if is_plane or _is_ahead(network, one.nodes, numbers_in(tool.nodes), along, reach):

@@ -78,7 +78,7 @@ class EffectWatcher:
     def __init__(self, network: Network, plan: Plan):
         self._network, self._plan = network, plan
         has_contact = network.contact is not None
-        self._tools = [one for one in network.tools if has_contact and one.shapes]
+        self._tools = [one for one in network.tools if has_contact and one.touches]
         self._still = STILL * network.extent
         self._solid = _solids_that_touch_themselves(network)
         self._comparing = {

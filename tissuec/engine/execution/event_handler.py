@@ -18,7 +18,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan
-from tissuec.script.verbs import ActionFailed, LoggedEvent, after_cuts
+from tissuec.script.verbs import CHANGED, ActionFailed, LoggedEvent, after_cuts
 from tissuec.script.verbs.tie import seized, slipped
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class EventHandler:
     """
 
     failure = ""
+    _changed = False  # whether actions have changed the state without an entry in the log
 
     def __init__(self, network: Network, plan: Plan, recorder: Recorder, run_state: RunState):
         self.network, self.plan = network, plan
@@ -60,7 +61,7 @@ class EventHandler:
             ruptured: Springs that break now, shape (n,).
             true: Triggers that are known to be true now, by their places in the plan.
         """
-        before = len(self.run_state.logged_events)
+        before, self._changed = len(self.run_state.logged_events), False
         if self.plan.needs_ledger and self._may_happen(ruptured):
             energy = self._energy()
             self._happen(ruptured, true)
@@ -68,7 +69,7 @@ class EventHandler:
             self.run_state.switched += self._energy() - energy
         else:
             self._happen(ruptured, true)
-        return len(self.run_state.logged_events) > before
+        return self._changed or len(self.run_state.logged_events) > before
 
     def _may_happen(self, ruptured: Indices | None) -> bool:
         """Return whether the present time may be that of an event; ``ruptured`` as above."""
@@ -180,7 +181,10 @@ class EventHandler:
         try:
             for action in queue.due(state.time):
                 for logged_event in after_cuts(action, state).apply(state, queue):
-                    self._log(logged_event)
+                    if logged_event.kind == CHANGED:
+                        self._changed = True
+                    else:
+                        self._log(logged_event)
         except ActionFailed as failure:
             self.failure = explain_action(
                 failure, state, torn_by(failure.springs, state.time, log)

@@ -16,17 +16,17 @@ from tissuec.model.network import Floats
 
 
 class Shape(Struct, frozen=True, eq=False):
-    """A capsule, all points near a line, or a half-space behind a plane; or an opening.
+    """A capsule (all points near a line), a half-space behind a plane, an opening, or an edge.
 
     Attributes:
-        kind: Of both.
-        points: Ends of the line of a capsule, equal for a sphere; a point of a plane, or of an
-            opening, which touches nothing, and one straight in front of it [m], shape (2, 3).
-        radius: Of a capsule or an opening [m].
+        kind: Of all of them; openings and edges touch nothing.
+        points: Ends of an edge, or of the line of a capsule, equal for a sphere; a point of a
+            plane, or of an opening, and one straight in front of it [m], shape (2, 3).
+        radius: Of a capsule or an opening, and of an edge as it is drawn [m].
         part: What it is called in messages and logs, such as "upper jaw"; empty for the whole.
     """
 
-    kind: Literal["capsule", "plane", "opening"]
+    kind: Literal["capsule", "plane", "opening", "edge"]
     points: Floats
     radius: float = 0.0
     part: str = ""
@@ -106,6 +106,10 @@ def grasping() -> tuple[str, ...]:
     return tuple(kind for kind in TOOLS if getattr(TOOLS[kind], "grasps", False))
 
 
+#: Kinds of tools that can be named in a cut.
+CUTTING = ("scissors", "scalpel")
+
+
 #: Kinds by a name in small letters, the best one first.
 KINDS_OF: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(
@@ -116,9 +120,8 @@ KINDS_OF: Mapping[str, tuple[str, ...]] = {
         ("forceps",),
     ),
     **dict.fromkeys(("needle holder", "needle driver"), ("needle", "forceps")),
-    **dict.fromkeys(
-        ("scalpel", "knife", "blade", "shears", "cutter", "lancet", "saw"), ("scissors",)
-    ),
+    "shears": ("scissors",),
+    **dict.fromkeys(("knife", "blade", "cutter", "lancet", "saw"), ("scalpel", "scissors")),
     **dict.fromkeys(("retractor", "spatula", "lever", "elevator"), ("hook", "probe")),
     **dict.fromkeys(
         ("rod", "ball", "sphere", "stick", "finger", "indenter", "palpator", "trocar"),

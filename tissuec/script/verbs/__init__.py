@@ -23,6 +23,10 @@ T = TypeVar("T")
 _FOLLOWS: dict[tuple[type, type], bool] = {}  # by the classes of actions and the protocols
 
 
+#: Kind of an event that is not logged, of an action that has changed the state.
+CHANGED = "changed"
+
+
 class LoggedEvent(Struct, frozen=True):
     """One row of the event log: what happened, to which springs, and why."""
 

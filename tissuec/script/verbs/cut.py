@@ -47,21 +47,25 @@ class PlaneWords(VerbSentence, frozen=True):
 
 
 class CutSet(VerbSentence, frozen=True):
-    """A cut of all springs of a set."""
+    """A cut of all springs of a set, or by the edge of a scalpel."""
 
     group: Springs
-    scissors: With
+    tool: Annotated[str | None, ToolClause("with", "cutting", what="tool")]
     duration: Lasting
 
     def action(self, order: Order) -> Action:
         if not order.names_springs():
+            if self.tool is not None and self.duration is not None:
+                from tissuec.script.edge_cut import EdgeCut  # where there is a scalpel
+
+                return EdgeCut(self.group.name, self.tool, self.duration, self.span)
             order.reject(
                 "TIS304",
                 '"cut" needs "along", except for a set of springs',
                 hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
             )
         _refuse_interval(self.duration, order)
-        return Cut(self.group, None, None, None, self.span, self.scissors or "")
+        return Cut(self.group, None, None, None, self.span, self.tool or "")
 
 
 class CutPlane(VerbSentence, frozen=True):
