@@ -147,7 +147,11 @@ def area_of_faces(state):
 
 def tied_area(state):
     tied = state.tied.get("block")
-    return 0.0 if tied is None else tied.areas(state.network, state.cut_bodies["block"]).sum()
+    return (
+        0.0
+        if tied is None
+        else tied.areas(state.network, "block", state.cut_bodies["block"]).sum()
+    )
 
 
 def joined(state):

@@ -237,9 +237,9 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
         kept = np.ones(len(own), dtype=bool)
         kept[some] = False
         left = own.some(kept).followed_by(own.some(some).parts_of(which, shares), body)
-        areas = left.areas(state.network, body)
+        areas = left.areas(state.network, self.cut.body, body)
         left = left.some(areas > SLIVER * self.size**2)
-        gained = float(own.areas(state.network, body).sum() - areas.sum())
+        gained = float(own.areas(state.network, self.cut.body, body).sum() - areas.sum())
         put_ties(state, self.cut.body, tied.some(~is_own).followed_by(left, body))
         self._put_edge(state, own, body, stations, plane, front, resistance)
         return replace(way, area=way.area + gained), lost

@@ -162,6 +162,9 @@ class Cut(Struct, frozen=True):
     cut. The tool after ``with`` must be scissors and is recorded in the event log. If nothing
     crosses the blade, nothing changes, and a note says so.
 
+    ``cut BODY with`` a scalpel over an interval cuts a solid where the edge moves meanwhile:
+    see above.
+
     Over an interval, the blades close along the line, or along the edge of the stroke, from its
     first point to its second. Springs are cut, and elements divided, in the order of their
     positions at the beginning of the cut; springs that come in the way later at its end. Within
