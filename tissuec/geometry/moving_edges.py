@@ -29,7 +29,13 @@ class EdgePlane(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, edge: Floats, ahead: Floats, before: Floats) -> "EdgePlane":
-        """Return the plane whose front is that of one before, with this normal, shape (3,)."""
+        """Return the plane of an edge, whose front is on the side of that of one before.
+
+        Args:
+            edge: Its ends [m], shape (2, 3).
+            ahead: Unit vector, dimensionless, shape (3,).
+            before: Normal of the plane before, dimensionless, shape (3,); zero without one.
+        """
         along = (edge[1] - edge[0]) / np.linalg.norm(edge[1] - edge[0])
         normal = np.cross(along, ahead)
         return cls(edge, ahead, normal if normal @ before >= 0.0 else -normal)
@@ -92,7 +98,12 @@ class Stations(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, plain: Floats, count: int) -> "Stations":
-        """Return the pairs of triangles and stations; ``plain`` and ``count`` as above."""
+        """Return the pairs of triangles and stations.
+
+        Args:
+            plain: p, dimensionless, and q [m] of corners, shape (triangle, 3, 2).
+            count: Of stations.
+        """
         bounds = np.arange(count + 1) / count
         low, high = plain[..., 0].min(axis=1), plain[..., 0].max(axis=1)
         beside = (low[:, None] < bounds[1:]) & (high[:, None] > bounds[:-1])
@@ -100,16 +111,16 @@ class Stations(Struct, frozen=True, eq=False):
 
     @property
     def places(self) -> Floats:
-        """Return p in the middle of each station, shape (station,)."""
+        """Return p in the middle of each station, dimensionless, shape (station,)."""
         return (np.arange(self.count) + 0.5) / self.count
 
     def first_matter(self, start: Floats) -> Floats:
-        """Return the least q, from a start on, where there is a triangle, shape (station,).
+        """Return the least q from a start on where there is a triangle [m], shape (station,).
 
         It is infinite where there is none.
 
         Args:
-            start: q from which on, shape (station,).
+            start: q from which on [m], shape (station,).
         """
         found, own = np.full(self.count, np.inf), self.plain[self.triangle]
         first, last = np.full(len(own), np.inf), np.full(len(own), -np.inf)
