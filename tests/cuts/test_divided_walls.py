@@ -10,6 +10,9 @@ from tests.every import every
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.forces.surfaces.cut_plates import held_stiffness
+from tissuec.mechanics.cutting import carry_out, divided
+from tissuec.validate.forces.cut_plates import fractions_of
+from tissuec.validate.forces.cut_plates import held_stiffness as held_stiffness_again
 
 GEL = """language 1
 tissue gel {
@@ -238,3 +241,23 @@ def test_a_run_that_is_resumed_within_a_cut_gives_the_same_bytes():
 def test_threads_change_no_bit(threads_in_small_nets):
     text = slit(FINE).replace("10 ms", "4 ms")
     same_on_two_threads(compiled_scene(text), "force of base")
+
+
+def test_the_reference_finds_the_stiffness_of_parts_by_itself():
+    """From outlines of parts, after two blades that cross and a slit that ends inside."""
+    state = state_of(scene(TUBE, cuts=3))
+    cut(state, (11.2, 5, 5), (1, 0.3, 0.2))
+    cut(state, (10.3, 4.4, 5.2), (0.1, 1, 0.3))
+    height = state.position @ [1.0, 0.2, 0.1] - 5e-3
+    (parts,) = state.cut_bodies["block"].parts
+    active = state.network.position[parts.drawn].mean(axis=1)[:, 2] > 5e-3
+    carry_out(state, divided(state, "block", height, (active,)))
+    plates = state.blocks["the bending of block beside cuts"].field
+    (drawn,), body = state.network.of_kind("plates"), state.cut_bodies["block"]
+    found = held_stiffness_again(plates, drawn, body)
+    assert_allclose(found, plates.stiffness, atol=1e-9 * np.abs(drawn.stiffness).max())
+    # Where the slit ends, triangles hold on to both parts of a neighbour.
+    own = plates.walls[np.unique(plates.walled, return_index=True)[1]]
+    assert len(np.unique(own)) < len(own)
+    (parts,) = body.parts
+    assert_allclose(fractions_of(parts), parts.fractions, rtol=1e-12)

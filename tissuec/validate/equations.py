@@ -28,6 +28,7 @@ from tissuec.validate.field_matrices import FieldMatrices
 from tissuec.validate.forces import FORMULAS, ForceFormula
 from tissuec.validate.forces.activation import ActiveFibres
 from tissuec.validate.forces.bending import PlateBending
+from tissuec.validate.forces.cut_plates import held_stiffness
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.fluids import FluidField
 from tissuec.validate.forces.jets import JetForce
@@ -193,7 +194,7 @@ class Equations:
                 given = field, state.network.position, state.velocity
                 return ElementSolid(*given, _parts_of(field, state))
             case "membranes":
-                return MembraneWall(field, state.velocity)
+                return MembraneWall(field, state.velocity, _parts_of(field, state))
             case "volume":
                 return VolumeField(field)
             case "fluid":
@@ -203,7 +204,7 @@ class Equations:
             case "activation":
                 return ActiveFibres(field)
             case "plates":
-                return PlateBending(field)
+                return PlateBending(field, _held_plates(block, state))
             case "ties":
                 tied = state.tied[field.name], state.cut_bodies[field.name]
                 thick = getattr(state.network.elements_of(field.name)[0], "thickness", None)
@@ -561,9 +562,19 @@ def _parts_of(field: Any, state: "State") -> Any:
         return None
     body = state.cut_bodies[field.name]
     for parts, entities in zip(body.parts, body.entities, strict=True):
-        if parts.shape == field.shape.name:
+        if parts.shape == field.cell_shape:
             return parts.some(np.isin(entities, field.walls))
     return None
+
+
+def _held_plates(block: "FieldBlock", state: "State") -> Any:
+    """Return the stiffness of plates beside cuts that act; None of those of a drawn wall."""
+    plates: Any = block.field
+    every = (one for one in state.network.of_kind(block.kind) if one.name == plates.name)
+    if (drawn := next(every)).block.name == block.name:
+        return None
+    found = held_stiffness(plates, drawn, state.cut_bodies[plates.name])
+    return np.delete(found, plates.lost_items(state.alive), axis=0)
 
 
 def largest(vectors: Floats) -> float:

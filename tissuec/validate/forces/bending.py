@@ -82,10 +82,12 @@ class PlateBending(ForceFormula):
 
     Args:
         plates: Read for their nodes, drawn folds and areas, stiffness and delay.
+        stiffness: K [N m], shape (triangle, 3, 3); that of the plates by default.
     """
 
-    def __init__(self, plates: "Plates"):
-        self._nodes, self._matrix, self._delay = plates.nodes, plates.stiffness, plates.delay
+    def __init__(self, plates: "Plates", stiffness: Floats | None = None):
+        self._nodes, self._delay = plates.nodes, plates.delay
+        self._matrix = plates.stiffness if stiffness is None else stiffness
         has = plates.nodes[:, 3:] != plates.nodes[:, :3]
         self._triangle, self._edge = np.nonzero(has)
         edge = self._edge[:, None]

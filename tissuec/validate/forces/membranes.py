@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.validate.forces import ForceFormula, assembled
+from tissuec.validate.forces.cut_plates import fractions_of
 from tissuec.validate.forces.relaxing_walls import PlasticWall, RelaxingWall, WallMemory
 from tissuec.validate.forces.solid_laws import SolidLaws
 
@@ -38,10 +39,14 @@ class MembraneWall(ForceFormula):
         wall: Read for nodes, drawn gradients, moduli and laws.
         velocity: Of all nodes [m/s], followed by internal variables, which give the plastic
             strain of the triangles, which ``matrix`` uses. None where nothing yields.
+        parts: Of triangles, where blades have divided them, in the order of the wall.
     """
 
-    def __init__(self, wall: "Membranes", velocity: Floats | None = None):
+    def __init__(self, wall: "Membranes", velocity: Floats | None = None, parts: Any = None):
         self._nodes, self._slope, self._weight = wall.nodes, wall.gradients, wall.weight
+        if parts is not None:
+            whole = wall.thickness * wall.area * (wall.weight / wall.volume)
+            self._weight = whole * fractions_of(parts)
         self._shear, self._bulk, self._eta = wall.shear, wall.bulk, wall.viscosity
         of = wall.fibres
         self._along = of.along
