@@ -180,3 +180,37 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
 def test_threads_change_no_bit(threads_in_small_nets):
     mesh = "lattice { cell = 1.25 mm; box from (0, 0, 0) mm to (20, 10, 5) mm }"
     same_on_two_threads(compiled_scene(scene(SLIT, mesh, 0, LOGGED)), "force of base")
+
+
+SHEET = (
+    "sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 10, 0) mm\n"
+    "  columns = 9; rows = 5 }"
+)
+TUBE = "tube { axis from (0, 5, 5) mm to (20, 5, 5) mm; radius = 5 mm; rings = 8; sides = 10 }"
+
+
+@pytest.mark.parametrize(
+    ("mesh", "order"),
+    [(SHEET, "press block with 1 kPa along (0, 0, 1)"),
+     (SHEET, "press block with 1 kPa along (0, 0, -1)"), (TUBE, "press block with 1 kPa")],
+)  # fmt: skip
+def test_a_cut_keeps_the_push_of_pressure_on_a_wall(mesh, order):
+    """On whichever side a wall is pressed, its parts are, too."""
+    unused = "at 0.9 s: cut block along plane through (1, 0, 0) m facing (1, 0, 0)\n" * 2
+    body = (
+        f"body block {{ mesh is {mesh}\n made of elements; tissue is gel; thickness = 1 mm }}\n"
+    )
+    environment = "environment { gravity = (0, 0, 0) m/s^2 }\n"
+    text = GEL + body + environment + f"script {{ at 0 s: {order}\n{unused} }}\n"
+    compiled = compiled_scene(text + "simulate { duration = 1 s }\n")
+    state = compiled.plan.start(compiled.network)
+    compiled.plan.events[0].action.apply(state, Queue())
+    (field,) = state.pressures
+    expected = wrench(state, field, deformed(state))
+    for one in (((11.2, 5, 0), (1, 0.2, 0)), ((10.3, 4.4, 5.2), (0.1, 1, 0.3))):
+        cut(state, *one)
+        (field,) = state.pressures
+        assert (field.faces.parts >= 0).any()
+        found = wrench(state, field, deformed(state))
+        size = 1e3 * 200e-6 if mesh == SHEET else 1e3 * 600e-6
+        assert_allclose(found, expected, atol=1e-12 * size)

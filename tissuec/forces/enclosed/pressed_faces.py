@@ -163,7 +163,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         return PressedFaces(corners, rows, face, triples, self.ends, self.planes, parts)
 
     def with_parts(self, lost: NDArray[np.bool_], parts: PartTriangles) -> "PressedFaces":
-        """Return these faces of a solid, which is pressed from outside, after cuts.
+        """Return these faces after cuts; parts of them are pressed from the same side.
 
         Args:
             lost: Triangles of elements that are not there any more, shape (triangle,).
@@ -171,7 +171,10 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         """
         left = self.some(np.setdiff1d(np.arange(self.triples.count), self.face[lost]))
         new = parts.on(self.rows)
-        corners, count = new.corners[:, ::-1], len(new.skin)
+        turns = self._turns[self.face[np.argsort(self.rows)]]
+        turns = turns[np.searchsorted(np.sort(self.rows), new.skin)]
+        corners = np.where(turns[:, None], new.corners[:, ::-1], new.corners)
+        count = len(new.skin)
         first, triples = left.triples.count, left.triples
         behind = triples.first[-1] + 1 + np.arange(count)
         return replace(
@@ -202,6 +205,18 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         if self.parts is not None:
             whole = np.where(self.parts < 0, whole, alive[self.parts])
         return np.unique(self.face[~whole])
+
+    @property
+    def _turns(self) -> NDArray[np.bool_]:
+        """Return which faces are pressed from where they face to, shape (face,).
+
+        Those of solids are; of walls, whose faces are triangles, some may not be.
+        """
+        skin = np.zeros((self.triples.count, 3), dtype=np.int64)
+        skin[self.face] = self.corners
+        first = self.triples.corners[self.triples.first[:-1]]
+        alike = [(np.roll(skin, k, axis=1) == first).all(axis=1) for k in range(3)]
+        return ~np.any(alike, axis=0)
 
     @cached_property
     def rims(self) -> Rims:

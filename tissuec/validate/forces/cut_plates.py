@@ -44,7 +44,7 @@ def held_stiffness(plates: "Plates", drawn: "Plates", body: Any) -> Floats:
     """
     (parts,), (entities,) = body.parts, body.entities
     row = {int(entity): k for k, entity in enumerate(entities)}
-    share, edges = fractions_of(parts), _Edges(parts)
+    share, edges = fractions_of(parts), _Outlines(parts)
     found = np.zeros((len(plates.nodes), 3, 3))
     for item, patch in enumerate(plates.nodes):
         own, *others = (row[int(each)] for each in plates.walls[plates.walled == item])
@@ -66,7 +66,7 @@ def held_stiffness(plates: "Plates", drawn: "Plates", body: Any) -> Floats:
     return found
 
 
-class _Edges:
+class _Outlines:
     """Intervals of edges that parts of triangles have.
 
     Args:
