@@ -69,7 +69,7 @@ def gap_of_balance(played):
     """Return the largest gap in the energy balance, as a part of the energy that was moved."""
     _, e = played.energies()
     stored = e["kinetic"] + e["elastic"] + e["gravity"]
-    gap = stored - stored[0] - (e["work"] - e["dissipated"] - e["switched"])
+    gap = stored - stored[0] - (e["work"] - e["dissipated"] + e["switched"])
     moved = np.abs(e["work"]).max() + e["kinetic"].max() + np.abs(e["dissipated"]).max()
     return np.abs(gap).max() / moved
 

@@ -141,16 +141,3 @@ def _triangles_of_skin(network: Network, drawn: CutCells, chosen: Indices) -> In
     order = order[score[order] > -NEAR]
     found[of[order]] = row[order]  # the last one, which is the best
     return found
-
-
-def on_parts(state: "State", block: FieldBlock) -> FieldBlock:
-    """Return what acts on surfaces or in elements on those that cuts have made of them."""
-    assert state.cut_cells is not None
-    field, elements = block.field, state.network.skin_elements
-    if block.kind == "activation":
-        return replace(block, field=field.with_parts(state.cut_elements, state.cut_cells))
-    if block.kind == "pressure":
-        assert elements is not None, "solids that are cut have them"
-        made = field.with_parts(part_triangles(state), state.alive, elements)
-        return replace(block, field=made)
-    return block

@@ -21,8 +21,9 @@ from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, 
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.geometry.elements import Measures
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_effects import on_parts
 from tissuec.mechanics.cut_fields import field_of, measures_of, put_bending, volumes_at_nodes
-from tissuec.mechanics.cut_surfaces import NotDivisible, let_ride, on_parts, riders_of
+from tissuec.mechanics.cut_surfaces import NotDivisible, let_ride, riders_of
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.cut_cells import CutCells, WeightedSums

@@ -186,7 +186,10 @@ class PartTriangles(Struct, frozen=True, eq=False):
 
     def on(self, rows: Indices) -> Self:
         """Return those that are parts of some triangles of the skin, shape (n,)."""
-        own = np.isin(self.skin, rows) & (self.skin >= 0)
+        return self.chosen(np.isin(self.skin, rows) & (self.skin >= 0))
+
+    def chosen(self, own: NDArray[np.bool_]) -> Self:
+        """Return some; a mask of shape (triangle,)."""
         return replace(
             self, corners=self.corners[own], skin=self.skin[own], parts=self.parts[own]
         )

@@ -146,7 +146,8 @@ class Equations:
         self.elements = [one for one in self.fields if isinstance(one, of_elements)]
         smooth = [one for one in self.fields if one is not self.contact]
         self.matrices = FieldMatrices(smooth, self.embedded, self.count)
-        self.bodies, self.memory = network.body_nodes, network.remembering("friction")
+        self.bodies = network.body_nodes
+        self.memory = network.remembering("friction") if touching is None else touching.memory
         own = state.braking, state.mass, state.mass * state.weighing
         self.drag, self.mass, self.heavy = (self.embedded.lumped(n)[self.free] for n in own)
         self.gravity = state.gravity

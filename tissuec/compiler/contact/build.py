@@ -18,6 +18,8 @@ from tissuec.compiler.contact.points import (
     SideTables,
     are_mirrored,
     face_points,
+    refuse_nodes,
+    spare_points,
     stiffness_of,
 )
 from tissuec.core.arrays import distinct
@@ -87,7 +89,7 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     if law is None:
         return known
     points = face_points(known, [tool for tool in tools if tool.may_touch], law)
-    more = 0 if points is None else len(points.position)
+    more = 0 if points is None else len(points.position) + spare_points(points, network)
     return known.with_internal(FRICTION, network.node_count + more)
 
 
@@ -130,7 +132,7 @@ def contact_of(
     if (law := environment.contact) is None:
         return None
     points = face_points(network, tools, law)
-    touchable = _touchable(network, points)
+    touchable = _touchable(network, points, findings)
     sides = None if points is None else points.sides(network, tools, law)
     skins = _of_skins(network, law, points, sides, threaded=bool(touchable.size.any()))
     parts = [_of_tools(network, tools), _of_threads(network), skins]
@@ -164,7 +166,7 @@ def contact_of(
         layer=law.contact_layer or _layer(network, faces.radius, environment, findings),
         damping=law.contact_damping or 0.0,
         **friction_of(network, law, shapes, points),
-        memory=network.remembering(FRICTION),
+        memory=network.remembering(FRICTION)[: len(touchable.nodes)],
         rate=_pace(stiffness, network),
         span=environment.span,
         meetings=Meetings.of_all(len(touchable.nodes), len(faces.kind)),
@@ -204,7 +206,8 @@ class _Touchable(NamedTuple):
     size: Floats
 
 
-def _touchable(network: Network, points: FacePoints | None) -> _Touchable:
+def _touchable(network: Network, points: FacePoints | None, findings: Findings) -> _Touchable:
+    refuse_nodes(network, points, findings)
     nodes, owner, size = np.arange(network.body_nodes), _owners(network), _sizes(network)
     if points is None:
         return _Touchable(nodes, owner, size)

@@ -16,6 +16,7 @@ they cannot slip between nodes across an edge.
 """
 
 from collections.abc import Sequence
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -44,6 +45,7 @@ HARDNESS, AT_REST = 12.0, 24.0  # c in scenes that only move, and with equilibri
 THIN = 0.5  # of the size of a face: a radius below has points along the axis
 SMALL = 1.2  # the same: a radius below needs more points on faces
 FEW, MANY = fourth_degree(), even(4)
+_OF_RIDERS = 4.0  # points for each rider: two triangles, most of which have one point
 MOST_ALONG = 1_000_000  # points of contact along a tool or a thread
 ALONG = 0.25  # of the size of a face: distance of points along an axis
 SOFT = 0.005  # of the size of a face: depth over which contact of faces begins
@@ -362,18 +364,17 @@ def face_points(
     lengths = np.concatenate([np.zeros(0), *(a.lengths for a in both)])
     thickness = [np.full(len(a.lengths), a.radius) for a in lines]
     triangles = network.skin[every].astype(np.int64)
-    on_lines = np.full(len(lengths), -1)
+    on_lines, none = np.full(len(lengths), -1), np.full((len(own.face), 2), -1)
     between = ContactPoints(
         corners=np.concatenate([triangles[own.face], *(a.ends for a in both)]),
         shares=np.concatenate([own.shares, *(a.shares for a in both)]),
         areas=np.concatenate([own.areas, np.zeros(len(lengths))]),
         face=np.concatenate([own.face, np.full(len(lengths), NO_FACE)]),
-        bonds=np.concatenate([np.full((len(own.face), 2), -1), *(a.bonds for a in both)]),
-        triangles=triangles,
-        drawn=np.concatenate(areas),
+        bonds=np.concatenate([none, *(a.bonds for a in both)]),
+        triangles=triangles, drawn=np.concatenate(areas),
         elements=None if network.skin_elements is None else network.skin_elements[every],
-        ends=network.line_ends,
-    )
+        ends=network.line_ends, rows=every,
+    )  # fmt: skip
     return FacePoints(
         between=between,
         position=between.behind(network.position)[network.node_count :],
@@ -613,6 +614,35 @@ def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
         np.array([bond for _, bond in pieces], dtype=np.int64)[of],
         body.thread.radius,
     )
+
+
+def spare_points(points: FacePoints, network: Network) -> int:
+    """Return how many points on parts of solids there may be after cuts.
+
+    Those of the outer surface may all be replaced; behind these are those of faces of cuts.
+    """
+    found = 0
+    for part in network.phantoms:
+        number = next(n for n, b in enumerate(network.bodies) if b.name == part.body)
+        own = points.between.face[(points.owner == number) & (points.skin >= 0)]
+        riders = int(part.riders.stop - part.riders.start)
+        most = np.bincount(own).max(initial=0) / len(FEW.weights)
+        found += len(own) + ceil(_OF_RIDERS * most * riders)
+    return found
+
+
+def refuse_nodes(network: Network, points: FacePoints | None, findings: Findings) -> None:
+    """Reject solids that the script cuts, but whose nodes touch instead of their faces."""
+    faced = [] if points is None else [network.bodies[n].name for n in points.bodies.tolist()]
+    for part in network.phantoms:
+        body = next(each for each in network.bodies if each.name == part.body)
+        if part.body not in faced and len(network.skin_of(body)):
+            findings.reject(
+                "TIS306",
+                f"{part.body} is cut, but its nodes are touched, of which cuts make copies",
+                body.span,
+                hint="write contact places is faces, without a contact stiffness",
+            )
 
 
 def stiffness_of(

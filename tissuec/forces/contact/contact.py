@@ -113,6 +113,8 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
         pairs: Pairs that are considered; None for all that are near.
+        bounds: Of the last triangles, the part of a solid that each bounds, an entity, shape
+            (n,); without any before a cut.
     """
 
     stiffness: Floats
@@ -126,6 +128,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     span: Span
     pairs: ContactPairs | None = None
     listed: float | None = None
+    bounds: Indices = np.zeros(0, dtype=np.int64)
 
     @property
     def block(self) -> FieldBlock:
@@ -587,7 +590,8 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
     holding[bound] = there[contact.bonds[bound]]
     whole = np.logical_or(holding.any(axis=1), ~bound.any(axis=1))
     triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
-    whole[triangles] = contact.edges.holding(there).all(axis=1)
+    held = contact.edges.holding(there).all(axis=1)
+    whole[triangles] = np.append(held, there[contact.bounds])
     table, points = contact.meetings, contact.between
     if table.is_sided and not whole.all():
         # Tools and threads are no longer kept outside of a surface that has a hole, bodies are.

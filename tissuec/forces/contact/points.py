@@ -37,6 +37,9 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         drawn: Their areas as drawn [m²], shape (triangle,).
         elements: Those that these belong to, see ``SupportedTriangles``.
         ends: Nodes of all springs, shape (spring, 2).
+        rows: Of the triangles among those of the skin as drawn, shape (drawn triangle,).
+        bounds: Of the last triangles, the part of a solid that each bounds, an entity, shape
+            (n,); without any before a cut.
     """
 
     corners: Indices
@@ -48,6 +51,8 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
     drawn: Floats
     elements: Indices | None
     ends: NDArray[np.int32]
+    rows: Indices
+    bounds: Indices = np.zeros(0, dtype=np.int64)
 
     def behind(self, values: Floats) -> Floats:
         """Return the vectors of nodes, followed by those of the points.
@@ -101,6 +106,7 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
             alive: Springs that are there, shape (spring,).
         """
         there, bound = self._supported.whole(alive), self.bonds >= 0
+        there = np.append(there, alive[self.bounds])
         holds = (alive[self.bonds] & bound).any(axis=1) | ~bound.any(axis=1)
         return np.where(self.face == NO_FACE, holds, there[self.face])
 
@@ -111,4 +117,4 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _supported(self) -> SupportedTriangles:
-        return SupportedTriangles(self.ends, self.triangles, self.elements)
+        return SupportedTriangles(self.ends, self.triangles[: len(self.rows)], self.elements)

@@ -36,7 +36,7 @@ class EndActing(Struct, frozen=True):
 def put_as_drawn(state: State, *blocks: FieldBlock) -> None:
     """Add blocks that act on the drawn net, also on what cuts have made of its solids."""
     if state.cut_cells is not None:
-        from tissuec.mechanics.cut_surfaces import on_parts  # where solids are cut
+        from tissuec.mechanics.cut_effects import on_parts  # where solids are cut
 
         blocks = tuple(on_parts(state, block) for block in blocks)
     state.put(*blocks)
