@@ -12,6 +12,8 @@ from tests.validate.scenes import compiled_scene, validated
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
 from tissuec.forces.acting.cutting_edges import CuttingEdge
+from tissuec.results.instruments.courses import courses, solids
+from tissuec.results.moments import Moments
 from tissuec.validate.forces.cutting_edges import PushingEdge
 
 RESISTANCE, WIDTH = 50.0, 10e-3
@@ -263,3 +265,11 @@ def test_what_is_wrong_is_reported(old, new, message):
         text = text.replace("Poisson's ratio = 0.3", "Poisson's ratio = 0.3; strength = 50 kPa")
     with pytest.raises(CompileError, match=message):
         compiled_scene(text)
+
+
+def test_an_edge_is_seen_once(run):
+    """As the shape of its tool, and not as scissors that the sentence names."""
+    result = run(way=DOWN, cell=2.5)
+    moments = Moments.of(result, np.arange(len(result.times)))
+    assert [one.name for one in solids(moments)] == ["knife"]
+    assert not any(one.name == "knife" for one in courses(moments))

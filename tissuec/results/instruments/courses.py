@@ -157,9 +157,12 @@ _WITH = re.compile(rf'"[^"]*"|\bwith\s+("[^"]*"|[^"]+?)(?=\s+(?:{_NEXT})\b|\s+\(
 
 
 def cuts(scenery: Scenery) -> Iterator[Course]:
-    """Yield an instrument for each sentence that cuts."""
-    cut = (one for one in scenery.moments.trajectory.events if one.kind == "cut")
-    events = [one for one in cut if len(_ends(scenery, one))]
+    """Yield an instrument for each sentence that cuts, but for tools whose shape is seen."""
+    trajectory = scenery.moments.trajectory
+    shaped = {tool.name for tool in trajectory.network.tools if tool.shapes}
+    cut = (one for one in trajectory.events if one.kind == "cut")
+    unseen = (one for one in cut if scissors_of(one.cause) not in shaped)
+    events = [one for one in unseen if len(_ends(scenery, one))]
     for _, same in groupby(events, key=lambda one: one.place):
         yield _cut(scenery, list(same))
 
