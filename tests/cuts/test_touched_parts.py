@@ -92,25 +92,23 @@ def indented(orders, tool, mesh=LATTICE, **options):
     return played.log(f"force of {tool.split()[1]}")[1]
 
 
-PRESS = "\nfrom 0 s to 30 ms: move plate by (0, 0, -1) mm using smooth profile"
+PRESS = "\nfrom 0 s to 8 ms: move plate by (0, 0, -1) mm using smooth profile"
 
 
 def test_a_cut_that_is_held_closed_carries_as_the_whole():
-    """A plate on a block of ν = 0 does not open a cut along its push; it is at rest then.
+    """A plate on a block of ν = 0 does not open a cut along its push, in equilibrium.
 
     Points on the faces of the cut that are less deep than the plate add the share that those on
     the sides of the block have.
     """
-    end = END.replace("10 ms", "60 ms").replace("1e-6", "1e-5")
-    tissue = GEL.replace("= 1 ms", "= 10 ms")
+    end = END.replace("tolerance = 1e-6", "integrator is equilibrium")
+    orders = "at 0 s: { fix base; press side with 20 Pa }"
     found, expected = (
-        play(scene(PLATE, "at 0 s: fix base" + one + PRESS, end=end).replace(GEL, tissue)).log(
-            "force of plate"
-        )[1][-1]
+        play(scene(PLATE, orders + one + PRESS, end=end)).log("force of plate")[1][-1]
         for one in ("\n" + CUT.replace("X", "11.2"), "")
     )
     assert expected[2] < -0.1
-    assert_allclose(found, expected, atol=2e-3 * np.abs(expected).max())
+    assert_allclose(found, expected, atol=5e-4 * np.abs(expected).max())
 
 
 def faced(x, mesh):
