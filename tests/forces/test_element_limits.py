@@ -25,11 +25,11 @@ def breakable(name, law, *, cells=2, strain=NONE, stress=NONE, toughness=NONE, *
     """Return elements of one material with limits, and where their nodes are drawn."""
     position, nodes = mesh(name, cells=cells, displaced=0.2)
     count = len(nodes)
-    limits = (np.full(count, limit) for limit in (strain, stress, toughness))
+    limits = [np.full(count, limit) for limit in (strain, stress, toughness)]
     material = SolidMaterial(
         np.full(count, SHEAR), np.full(count, BULK), np.zeros(count),
         np.zeros(count, dtype=np.int64), (law,),
-        limits=ElementLimits(*limits), **more,
+        limits=ElementLimits(*limits, np.zeros_like(limits[0])), **more,
     )  # fmt: skip
     return kind_of(SHAPES[name]).of(
         "cube", SHAPES[name], nodes, position, material, 0, SPAN
@@ -125,7 +125,7 @@ def test_pressure_breaks_nothing():
 def test_what_has_no_limit_does_not_break():
     made, position = breakable("hexahedron", NeoHookean())
     assert made.breakable is None
-    some = made.limits._replace(strain=np.where(np.arange(8) == 5, 0.2, np.inf))
+    some = replace(made.limits, strain=np.where(np.arange(8) == 5, 0.2, np.inf))
     made = replace(made, limits=some, walls=np.arange(100, 108))
     assert made.breakable.broken(1.3 * position).tolist() == [105]
     assert made.breakable.broken(1.1 * position).tolist() == []

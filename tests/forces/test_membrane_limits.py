@@ -18,8 +18,8 @@ EVERY_LAW = (*LAWS, Ogden(-3.0, second_exponent=7.0, second_share=0.4))
 def breakable(law, *, strain=NONE, stress=NONE, toughness=NONE, cells=3, **more):
     """Return triangles with limits, and where their nodes are drawn."""
     count = len(mesh(cells)[1])
-    given = (np.full(count, limit) for limit in (strain, stress, toughness))
-    limits = ElementLimits(*given)
+    given = [np.full(count, limit) for limit in (strain, stress, toughness)]
+    limits = ElementLimits(*given, np.zeros_like(given[0]))
     return wall(law, limits=limits, cells=cells, **more)
 
 
@@ -73,7 +73,7 @@ def test_what_has_no_limit_does_not_break():
     made, drawn = breakable(NeoHookean())
     assert made.breakable is None
     strain = np.where(np.arange(18) == 5, 0.2, np.inf)
-    limits = ElementLimits(strain, *np.full((2, 18), np.inf))
+    limits = ElementLimits(strain, *np.full((2, 18), np.inf), np.zeros(18))
     made, drawn = wall(NeoHookean(), limits=limits)
     assert made.breakable.broken(1.3 * drawn).tolist() == [5]
     assert made.breakable.broken(1.1 * drawn).tolist() == []

@@ -46,7 +46,10 @@ def test_the_form_and_the_place_of_what_is_typed(text):
 def test_forms_with_nothing_to_fill_in_are_a_choice(typed, active):
     found = signature(*asked(f"body b {{ rupture {typed}‸"))
     assert found is not None
-    known = ["rupture is allowed", "rupture is not allowed", "rupture by toughness"]
+    known = [
+        f"rupture {each}"
+        for each in ("is allowed", "is not allowed", "by toughness", "by faces")
+    ]
     assert [form.text for form in found.forms] == known
     assert (found.active, found.place, found.forms[active].places) == (active, 0, ())
 

@@ -233,7 +233,8 @@ def _built(drawing: Drawing, scene: Scene, findings: Findings) -> BodyArrays:
     from tissuec.compiler.elements.build import build_elements  # most nets have no elements
 
     planes = [said.plane for said in scene.environment.planes]
-    cuts = cut_counts(scene)[key_of(drawing.body.name)]
+    body = drawing.body
+    cuts = cut_counts(scene)[key_of(body.name)] + body.tears_by_faces
     built = build_elements(drawing, findings, planes, is_cut=cuts > 0)
     return with_phantoms(built, cuts) if cuts else built
 

@@ -27,6 +27,7 @@ from tissuec.mechanics.cut_surfaces import NotDivisible, let_ride, riders_of
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.cut_cells import CutCells, WeightedSums
+from tissuec.model.edges import bare_edges
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.phantoms import Phantoms
 
@@ -242,6 +243,24 @@ def carry_out(state: "State", division: Division) -> None:
     let_ride(state, division.riders)
     _extend_sets(state, copies, copied)
     state.put(*(on_parts(state, block) for block in state.blocks.values()))
+
+
+def part_edges(state: "State", lost: Indices, heights: Floats) -> Indices:
+    """Remove edges that a surface crosses and no element has any more; return them.
+
+    Args:
+        lost: Elements that it has divided, entities, shape (n,).
+        heights: Of all nodes above it [m], shape (node,).
+
+    Returns:
+        Entities, shape (m,).
+    """
+    network = state.network
+    edges = bare_edges(network, state.alive, lost)
+    ahead = heights[network.line_ends[edges]] >= 0.0
+    edges = edges[ahead.any(axis=1) & ~ahead.all(axis=1)]
+    state.alive[edges] = False
+    return edges
 
 
 def _release(state: "State", copies: Indices) -> None:

@@ -7,7 +7,8 @@ with h = V/A of its volume and its section, in series where it joins two element
 
 A tie with k h/E of 1 to 10 gives the opening of a slit, and the energy that it releases, in
 elements of any orientation; 3 takes a third of the stable step. Incompressible tissue, whose
-step is that of its bulk modulus, takes 10. (Measured for this program.)
+step is that of its bulk modulus, takes 10. (Measured for this program. Cohesive segments: J. J.
+C. Remmers, R. de Borst, A. Needleman, Comput. Mech. 31:69, 2003.)
 """
 
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
 from tissuec.forces.element_fields import young_of
-from tissuec.forces.solids.ties import Ties
+from tissuec.forces.solids.ties import FAR, SofteningTies, Ties
 from tissuec.forces.surfaces.membranes import Membranes
 from tissuec.geometry.cut_cells.parts import functions_at
 from tissuec.geometry.cut_cells.sections import CutFacets, facet_sizes
@@ -28,11 +29,17 @@ from tissuec.mechanics.cut_fields import facet_areas
 from tissuec.model.network import Floats, Indices, Network
 
 if TYPE_CHECKING:
+    from tissuec.forces.solids.elements import SolidElements
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
 STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
+#: Largest opening of ties of tissue that tears at once, over that at which they begin to.
+SUDDEN = 1.01
+_COLUMNS = (
+    "entities", "roots", "shares", "stiffness", "damping", "size", "first", "last", "softens",
+)  # fmt: skip
 #: Of triangles, of degree 2, and of lines, of degree 3, by the number of corners; weights are
 #: equal.
 _POINTS = {3: 0.5 * np.eye(3) + 1.0 / 6.0, 2: np.sqrt(1.0 / 3.0) * (np.eye(2) - 0.5) + 0.5}
@@ -52,8 +59,11 @@ class TiedSections(Struct, frozen=True, eq=False):
         stiffness: k [Pa/m], shape (triangle,).
         damping: [Pa s/m], shape (triangle,).
         size: h, the mean of both sides [m], shape (triangle,).
-        heights: Of the nodes of the parts above the surface that the triangles are of [m],
-            shape (node,).
+        first, last: Openings at which they begin to soften and are free [m], shape (triangle,);
+            infinite where a blade alone parts them.
+        softens: Which have begun, shape (triangle,).
+        heights: Of nodes of all parts that were ever tied, above the surfaces of their cuts
+            [m], NaN of others, shape (node,).
     """
 
     entities: Indices
@@ -62,6 +72,9 @@ class TiedSections(Struct, frozen=True, eq=False):
     stiffness: Floats
     damping: Floats
     size: Floats
+    first: Floats
+    last: Floats
+    softens: Bools
     heights: Floats
 
     def __len__(self) -> int:
@@ -71,9 +84,9 @@ class TiedSections(Struct, frozen=True, eq=False):
     def none(cls, nodes: int, corners: int) -> Self:
         """Return none in a network of so many nodes, of roots with so many corners."""
         index = np.zeros((0, 2), dtype=np.int64)
-        roots, numbers = np.zeros((0, 2, corners), dtype=np.int64), np.zeros(0)
-        shares = np.zeros((0, 2, corners - 1, corners))
-        return cls(index, roots, shares, numbers, numbers, numbers, np.full(nodes, np.nan))
+        roots, numbers = np.zeros((0, 2, corners), dtype=np.int64), [np.zeros(0)] * 5
+        shares, none = np.zeros((0, 2, corners - 1, corners)), np.zeros(0, dtype=bool)
+        return cls(index, roots, shares, *numbers, none, np.full(nodes, np.nan))
 
     @classmethod
     def of(
@@ -88,39 +101,50 @@ class TiedSections(Struct, frozen=True, eq=False):
             heights: Of all nodes above the surface, copies among them [m], shape (node,).
         """
         areas = facet_areas(network.elements_of(name), body.parts, found, network.position)
-        columns = [np.zeros((0, 4))]
+        columns = [np.zeros((0, 6))]
         for field, parts in zip(network.elements_of(name), body.parts, strict=True):
             shear, bulk = field.shear[parts.cell], field.bulk_modulus[parts.cell]
             poisson = (1.5 * bulk - shear) / (3.0 * bulk + shear)
             stiff = np.where(poisson < NEARLY_INCOMPRESSIBLE, STIFF, STIFF_INCOMPRESSIBLE)
             late = field.viscosity[parts.cell] / shear
             young = young_of(shear, bulk)
-            columns.append(np.stack([field.volume[parts.cell], young, stiff, late], axis=1))
-        volume, young, stiff, late = np.moveaxis(np.concatenate(columns)[found.parts], 2, 0)
+            each = field.volume[parts.cell], young, stiff, late, *_strengths(field, parts.cell)
+            columns.append(np.stack(each, axis=1))
+        every = np.moveaxis(np.concatenate(columns)[found.parts], 2, 0)
+        volume, young, stiff, late, strength, energy = every
         _, pair = np.unique(found.parts, axis=0, return_inverse=True)
         section = np.bincount(pair.ravel(), areas)[pair.ravel()]
         own = section > 0.0
         size = volume[own] / section[own, None]
         stiffness = 2.0 * stiff[own].min(axis=1) / (size / young[own]).sum(axis=1)
         entities = np.concatenate(body.entities)[found.parts[own]]
+        strength, energy = strength[own].min(axis=1), energy[own].min(axis=1)
+        first = strength / stiffness
+        with np.errstate(invalid="ignore"):
+            last = np.maximum(2.0 * energy / strength, SUDDEN * first)
+        last = np.where(np.isfinite(first), last, np.inf)
         return cls(
             entities, found.roots[own], found.shares[own], stiffness,
-            stiffness * late[own].mean(axis=1), size.mean(axis=1), heights,
+            stiffness * late[own].mean(axis=1), size.mean(axis=1), first, last,
+            np.zeros(len(first), dtype=bool), heights,
         )  # fmt: skip
+
+    @property
+    def is_gradual(self) -> Bools:
+        """Return which triangles take energy as they open, shape (triangle,)."""
+        return self.last > 2.0 * SUDDEN * self.first
 
     def some(self, chosen: Bools | Indices) -> Self:
         """Return some triangles."""
-        return type(self)(
-            self.entities[chosen], self.roots[chosen], self.shares[chosen],
-            self.stiffness[chosen], self.damping[chosen], self.size[chosen], self.heights,
-        )  # fmt: skip
+        own = {name: getattr(self, name)[chosen] for name in _COLUMNS}
+        return type(self)(**own, heights=self.heights)
 
     def parts_of(self, which: Indices, shares: Floats) -> Self:
         """Return parts of triangles.
 
         Args:
             which: The triangle that each is a part of, shape (n,).
-            shares: Of its corners in each corner, shape (n, corner, corner).
+            shares: Of its corners in each corner, dimensionless, shape (n, corner, corner).
         """
         own = self.some(which)
         return replace(own, shares=shares[:, None] @ own.shares)
@@ -130,9 +154,8 @@ class TiedSections(Struct, frozen=True, eq=False):
         near = np.zeros(len(self.heights), dtype=bool)
         nodes = more.nodes(body)
         near[nodes[nodes >= 0]] = True
-        names = ("entities", "roots", "shares", "stiffness", "damping", "size")
-        both = (np.concatenate([getattr(self, n), getattr(more, n)]) for n in names)
-        return type(self)(*both, np.where(near, more.heights, self.heights))
+        both = {n: np.concatenate([getattr(self, n), getattr(more, n)]) for n in _COLUMNS}
+        return type(self)(**both, heights=np.where(near, more.heights, self.heights))
 
     # --- at parts -----------------------------------------------------------------------------
 
@@ -149,8 +172,8 @@ class TiedSections(Struct, frozen=True, eq=False):
         """Return what nodes weigh at points of triangles, shape (triangle, 2, point, node).
 
         Args:
-            shares: Of corners of triangles at each point, shape (point, corner) or
-                (triangle, point, corner).
+            shares: Of corners of triangles at each point, dimensionless, shape
+                (point, corner) or (triangle, point, corner).
         """
         width = max(each.nodes.shape[1] for each in body.parts)
         points = np.broadcast_to(shares, (len(self), *shares.shape[-2:]))
@@ -258,13 +281,24 @@ class TiedSections(Struct, frozen=True, eq=False):
         signed = (at * np.array([1.0, -1.0])[:, None, None]).swapaxes(1, 2)
         areas = np.repeat(self.areas(network, name, body) / number, number)
         count, every = len(areas), np.arange(len(areas))
-        first = network.elements_of(name)[0]
-        return Ties(
-            walls=np.repeat(self.entities, number, axis=0).ravel(),
-            walled=np.repeat(every, 2), nodes=nodes.reshape(count, -1), name=name,
-            weights=signed.reshape(count, -1),
-            stiffness=areas * np.repeat(self.stiffness, number),
-            damping=areas * np.repeat(self.damping, number), span=first.span,
+        span = network.elements_of(name)[0].span
+        common = {
+            "walls": np.repeat(self.entities, number, axis=0).ravel(),
+            "walled": np.repeat(every, 2), "nodes": nodes.reshape(count, -1), "name": name,
+            "weights": signed.reshape(count, -1),
+            "stiffness": areas * np.repeat(self.stiffness, number),
+            "damping": areas * np.repeat(self.damping, number), "span": span,
+        }  # fmt: skip
+        if not np.isfinite(self.first).any():
+            return Ties(**common)
+        of_points = (
+            np.repeat(each, number)
+            for each in (self.first, self.last, self.entities[:, 0], self.softens)
+        )
+        first, last, fronts, softens = of_points
+        return SofteningTies(
+            **common, first=np.minimum(first, FAR), last=np.minimum(last, 2.0 * FAR),
+            fronts=fronts, softens=softens,
         )  # fmt: skip
 
     def areas(self, network: Network, name: str, body: CutBody) -> Floats:
@@ -276,13 +310,21 @@ class TiedSections(Struct, frozen=True, eq=False):
         return sizes
 
 
+def _strengths(field: "SolidElements", cell: Indices) -> tuple[Floats, Floats]:
+    """Return strengths [Pa] and energies per area [J/m²] of faces in cells, shape (part,)."""
+    none = np.full(len(cell), np.inf)
+    if field.limits is None:
+        return none, none
+    limits = field.limits.some(cell)
+    stress = np.minimum(limits.stress, field.young[cell] * limits.strain)
+    return stress, limits.parting
+
+
 def put_ties(state: "State", name: str, tied: TiedSections) -> None:
     """Let a body have these ties and no others; the state is changed in place."""
-    body = state.cut_bodies[name]
+    state.tied = {**state.tied, name: tied}
     if not len(tied):
-        state.tied = {key: one for key, one in state.tied.items() if key != name}
         own = [b for b in state.blocks.values() if b.kind == "ties" and b.field.name == name]
         state.remove(*own)
         return
-    state.tied = {**state.tied, name: tied}
-    state.put(tied.field(state.network, name, body).block)
+    state.put(tied.field(state.network, name, state.cut_bodies[name]).block)

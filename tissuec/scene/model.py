@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tissuec.scene.study.model import Study
 
 #: Limits by which springs and elements break; empty if they do not.
-Rupture = Literal["", "allowed", "by toughness"]
+Rupture = Literal["", "allowed", "by toughness", "by faces"]
 #: By which part the truth may differ from a single number that is known.
 ABOUT = 0.05
 
@@ -295,7 +295,7 @@ class Body(Struct, frozen=True, eq=False, kw_only=True):
         interface: "mean", "softer" or "stiffer": what springs between two regions are made of
             if no part says it; "" if not written.
         spring_parts: Springs with a tissue of their own, between regions before chosen ones.
-        rupture: ``rupture is allowed``, or ``rupture by toughness``; empty if not written.
+        rupture: ``rupture is allowed``, ``by toughness`` or ``by faces``; empty if not written.
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
         second_fibres: Of a body of elements, the direction of another family; None without.
@@ -350,6 +350,11 @@ class Body(Struct, frozen=True, eq=False, kw_only=True):
     def may_rupture(self) -> bool:
         """Return whether it breaks where a limit is exceeded."""
         return bool(self.rupture)
+
+    @property
+    def tears_by_faces(self) -> bool:
+        """Return whether faces open in it where a limit is exceeded."""
+        return self.rupture == "by faces"
 
     @property
     def is_wall(self) -> bool:

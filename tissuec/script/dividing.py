@@ -30,9 +30,9 @@ from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.mechanics.cut_body import CutBody
 from tissuec.mechanics.cut_fields import facet_areas
 from tissuec.mechanics.cut_surfaces import NotDivisible
-from tissuec.mechanics.cutting import Division, carry_out, divided
+from tissuec.mechanics.cutting import Division, carry_out, divided, part_edges
+from tissuec.mechanics.tearing import set_limits
 from tissuec.mechanics.tying import TiedSections, put_ties
-from tissuec.model.edges import bare_edges
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent
@@ -152,7 +152,10 @@ class BladeWay(Struct, frozen=True, eq=False):
 
     @property
     def steps(self) -> Floats:
-        """Return shares of its edge at which it divides elements and parts sections, (n,)."""
+        """Return shares of its edge at which it divides elements and parts sections.
+
+        They are dimensionless, shape (n,).
+        """
         length = self.end - self.begin
         length = length[length > 0.0]
         if not len(length):
@@ -213,6 +216,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         if tied is not None:
             body = CutBody.of(state, self.body)
             put_ties(state, self.body, way.parting(tied.existing(body), body, share))
+            set_limits(state, self.body)
         return replace(way, reached=share), lost
 
     def parting(self, tied: TiedSections, body: CutBody, share: float) -> TiedSections:
@@ -267,21 +271,11 @@ def tied_apart(
     heights = heights.copy()
     heights[division.copies] = heights[division.copied]
     carry_out(state, division)
-    lost = np.union1d(division.lost, _parted_edges(state, division.lost, heights))
+    lost = np.union1d(division.lost, part_edges(state, division.lost, heights))
     after = division.body, division.triangles
     new = TiedSections.of(state.network, division.phantoms.body, *after, heights)
     none = TiedSections.none(len(heights), new.roots.shape[2])
     return heights, (division.tied or none).followed_by(new, division.body), lost
-
-
-def _parted_edges(state: "State", lost: Indices, heights: Floats) -> Indices:
-    """Remove edges that a blade crosses and no element has any more; return them."""
-    network = state.network
-    edges = bare_edges(network, state.alive, lost)
-    ahead = heights[network.line_ends[edges]] >= 0.0
-    edges = edges[ahead.any(axis=1) & ~ahead.all(axis=1)]
-    state.alive[edges] = False
-    return edges
 
 
 def among(body: CutBody, entities: Indices) -> tuple[Bools, ...]:
@@ -401,18 +395,13 @@ class ElementCut(Struct, frozen=True, eq=False):
         self, state: "State", way: BladeWay, share: float
     ) -> tuple[BladeWay, tuple[LoggedEvent, ...]]:
         """Divide elements; return the rest of the way, and the event if there are any."""
-        before, after = way.taken(way.reached), way.taken(share)
-        area, energy = after[0] - before[0], after[1] - before[1]
-        is_first = self.body not in state.cut_bodies
         try:
             division = way.until(state, share)
-            rest, lost = way.divide(state, division, share)
         except NotDivisible as error:
             raise ActionFailed(str(error), None, self.span) from error
+        before, after = way.taken(way.reached), way.taken(share)
+        area, energy = after[0] - before[0], after[1] - before[1]
+        rest, lost = way.divide(state, division, share)
         if division is None and area == 0.0:
             return rest, ()
-        event = cut_event(self.span, lost, area, energy)
-        if division is None or state.contact is None or not is_first:
-            return rest, (event,)
-        note = f"{sentence(self.span)}: both sides of cuts do not touch each other"
-        return rest, (event, LoggedEvent("note", (), note, self.span))
+        return rest, (cut_event(self.span, lost, area, energy),)

@@ -25,6 +25,7 @@ from tissuec.geometry.moving_edges import EdgeFront, EdgePlane, Stations
 from tissuec.mechanics.cut_body import CutBody
 from tissuec.mechanics.cut_surfaces import NotDivisible
 from tissuec.mechanics.cutting import divided
+from tissuec.mechanics.tearing import set_limits
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network, ToolPart, numbers_in
@@ -292,6 +293,7 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
             return heights, none
         heights, tied, lost = tied_apart(state, division, heights)
         put_ties(state, name, tied)
+        set_limits(state, name)
         return heights, lost
 
     def _front(self, state: "State", plain: Floats, count: int, gone: float) -> EdgeFront:

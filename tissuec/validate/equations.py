@@ -144,6 +144,7 @@ class Equations:
         self.fields = tuple(self._formula(block, state) for block in blocks)
         of_elements = (ElementSolid, MembraneWall)
         self.elements = [one for one in self.fields if isinstance(one, of_elements)]
+        self.ties = [one for one in self.fields if isinstance(one, CohesiveTies)]
         smooth = [one for one in self.fields if one is not self.contact]
         self.matrices = FieldMatrices(smooth, self.embedded, self.count)
         self.bodies = network.body_nodes
@@ -356,14 +357,15 @@ class Equations:
 
         The shape is (element,).
         """
-        every = (each.burdens(self.drawn + moved) for each in self.elements)
+        every = (each.burdens(self.drawn + moved) for each in (*self.elements, *self.ties))
         return np.concatenate([_NONE, *every])
 
     @property
     def breakable(self) -> Indices:
         """Return the elements that may break, as entities, shape (element,)."""
         none = np.zeros(0, dtype=np.int64)
-        return np.concatenate([none, *(each.breakable for each in self.elements)])
+        every = (each.breakable for each in (*self.elements, *self.ties))
+        return np.concatenate([none, *every])
 
     def node_forces(self, springs: SpringStates) -> Floats:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from tissuec.core.structs import replace
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.breaking import break_apart
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import LOAD_STEPS, Plan, ScheduledAction
 from tissuec.script.verbs import Action, LoggedEvent, after_cuts
@@ -221,9 +222,10 @@ class ReferenceRun:
         for name in self.state.give_way(broken):
             broken = broken[broken != self.state.knots[name].hold]
         if len(broken):
-            edges = self.state.break_entities(broken)
-            self.ruptured[broken] = self.ruptured[edges] = True
-            self.breaks.append(Break(self.state.time, broken))
+            parted, edges, _ = break_apart(self.state, broken)
+            self.ruptured[parted] = self.ruptured[edges] = True
+            if len(parted):
+                self.breaks.append(Break(self.state.time, parted))
         self.state.seize()
         self._carry_out()
         while fired := fired or self._true(self._now()):

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 #: makes two parts there, or three where one side is in two pieces.
 MOST = 3
 _PARTS = 2  # of a cell that a blade divides
-#: Riders for each element that the worst plane crosses; blades at random need up to 8.3 in
-#: hexahedra.
+#: Riders for each element that a blade crosses; blades at random need up to 10 in hexahedra.
 _RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0, "triangle": 4.0}
 FEW = 60  # more, of bodies of few elements, which share few points
 #: Planes by which the largest section of a body is estimated: along faces, edges and corners
@@ -54,10 +53,11 @@ def _cut_names(items: Iterable[s.Item]) -> Iterable[str]:
 def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
     """Return the reserve that a body needs for a number of cuts, at least one.
 
-    Quadratic hexahedra, and elements that can break, are removed where they are cut.
+    Quadratic hexahedra, and elements that can be lost, are removed where they are cut.
     """
-    fields = body.elements
-    if any(one.cell_shape not in DIVISIONS or one.limits is not None for one in fields):
+    fields, tears = body.elements, body.body.tears_by_faces
+    breaks = any(one.limits is not None for one in fields) and not tears
+    if breaks or any(one.cell_shape not in DIVISIONS for one in fields):
         return NO_RESERVE
     copies = 2 ** min(cuts, MOST) * len(body.mesh.position)
     elements = sum(each.item_count for each in fields)

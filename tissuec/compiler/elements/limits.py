@@ -125,9 +125,12 @@ class LimitReader:
             self.parts.at_elements([_limit(one, key) for one in self.given], np.inf)
             for key in LIMITS
         )
+        if self.body.tears_by_faces:
+            parting = np.where(np.isfinite(toughness), toughness, 0.0)
+            return ElementLimits(strain, stress, np.full(len(parting), np.inf), parting)
         share = [np.full(len(one.nodes), AT_TIPS[one.shape]) for one in self.shapes]
         toughness = toughness * np.concatenate(share)
-        return ElementLimits(strain, stress, toughness)
+        return ElementLimits(strain, stress, toughness, np.zeros(len(strain)))
 
     def known(self, part: NDArray[np.integer]) -> Provenance:
         """Return the origins of limits: one for each part, and that of a second limit.

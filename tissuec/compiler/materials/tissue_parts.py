@@ -181,7 +181,7 @@ class TissueParts:
         """Return the limits of each part: at most two quantities.
 
         A strain and a strength limit it together. A toughness counts where there is neither,
-        or where the body has ``rupture by toughness``.
+        or where the body has ``rupture by toughness`` or ``by faces``.
         """
         return [[] if m.tissue is None else self._limits(m.tissue) for m in self.materials]
 
@@ -191,6 +191,8 @@ class TissueParts:
             return [force]
         tough = [given[TOUGHNESS]] if TOUGHNESS in given else []
         if self.body.rupture == "by toughness":
+            return tough
+        if self.body.tears_by_faces and tough and tough[0].value != tough[0].quantity.none:
             return tough
         found = [given[key] for key in TOGETHER if key in given]
         finite = [one for one in [*found, *tough] if one.value != one.quantity.none]

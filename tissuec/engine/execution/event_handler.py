@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.core.errors import counted
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
-from tissuec.core.units import LENGTH, TIME, show
+from tissuec.core.units import ENERGY, LENGTH, TIME, show, show_in
 from tissuec.engine.execution.failure_messages import explain_action, of_body
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run_state import RunState
@@ -16,6 +16,8 @@ from tissuec.mechanics import observables
 from tissuec.mechanics.rest import is_stable, rests_pressed
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.torn import Torn
+from tissuec.script.breaking import break_apart
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan
 from tissuec.script.verbs import CHANGED, ActionFailed, LoggedEvent, after_cuts
@@ -69,7 +71,8 @@ class EventHandler:
             self.run_state.switched += self._energy() - energy
         else:
             self._happen(ruptured, true)
-        return self._changed or len(self.run_state.logged_events) > before
+        has_torn = ruptured is not None and len(ruptured) > 0
+        return self._changed or has_torn or len(self.run_state.logged_events) > before
 
     def _may_happen(self, ruptured: Indices | None) -> bool:
         """Return whether the present time may be that of an event; ``ruptured`` as above."""
@@ -204,12 +207,22 @@ class EventHandler:
         is_element = springs >= self.network.line_count
         broken, springs, elements = springs, springs[~is_element], springs[is_element]
         is_pressed = observables.tension(state, *motion, springs) < 0.0
-        edges = state.break_entities(broken)
-        self.run_state.ruptured[broken] = self.run_state.ruptured[edges] = True
+        try:
+            parted, edges, torn = break_apart(state, broken)
+        except ActionFailed as failure:
+            self.failure = explain_action(failure, state, "")
+            return
+        self.run_state.ruptured[parted] = self.run_state.ruptured[edges] = True
+        elements = elements[np.isin(elements, parted)]
+        for each in torn.values():
+            elements = np.setdiff1d(elements, each.elements)
         self._log_broken("rupture", springs[~is_pressed])
         self._log_broken("crush", springs[is_pressed])
         for event in broken_elements(self.network, motion[0], elements, edges):
             self._log(event)
+        for each in torn.values():
+            for event in torn_faces(self.network, motion[0], each):
+                self._log(event)
 
     def _log_broken(self, kind: str, springs: Indices) -> None:
         """Enter springs that broke, by the places that their limits come from."""
@@ -307,6 +320,28 @@ def broken_elements(
             edges = edges[:0]
 
 
+def torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[LoggedEvent]:
+    """Yield an event for all elements of a body that have parted; see ``broken_elements``.
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+        torn: What has torn of it.
+    """
+    if not torn.area:
+        yield from broken_elements(network, position, torn.elements, torn.edges)
+        return
+    first = int(torn.elements[0])
+    known = network.provenance["breaking"]
+    origin = known.origins[int(known.index[first - network.line_count])]
+    count = len(torn.elements)
+    what = place_of_element(network, first) if count == 1 else counted(count, "element")
+    of = "" if count == 1 else f", first {place_of_element(network, first)}"
+    spent = f"{show_in(torn.area, 'mm^2')}, {show(torn.energy, ENERGY)}"
+    text = f"the faces in {what} have opened ({spent}){of}"
+    springs = (*torn.elements.tolist(), *torn.edges.tolist())
+    yield LoggedEvent("rupture", springs, text, origin.span)
+
+
 def _exceeded(network: Network, position: Floats, element: int) -> str:
     """Return which limit an element exceeded: the one that it exceeds the most."""
     field, item = _element(network, element)
@@ -318,7 +353,7 @@ def _exceeded(network: Network, position: Floats, element: int) -> str:
 
     def load(name: str) -> float:
         without = {one: np.array([np.inf]) for one in limits if one != name}
-        limited = alone.limits._replace(**without)
+        limited = replace(alone.limits, **without)
         return float(replace(alone, limits=limited).loads(position)[0])
 
     return max(limits, key=load)
@@ -333,15 +368,19 @@ def _element(network: Network, element: int) -> tuple[Any, int]:
 
 def _cause(network: Network, elements: Indices, limit: str) -> str:
     """Return why elements of one body broke, with the number and place of the first."""
-    first = int(elements[0])
-    body, (field, item) = network.owner(first).name, _element(network, first)
-    corners = network.position[field.nodes[item]]
-    centre = ", ".join(show(float(x), LENGTH) for x in corners.mean(axis=0))
     what, of = _EXCEEDED[limit]
-    place = f"element {network.number_of(first)} of {body} around ({centre})"
+    place = place_of_element(network, int(elements[0]))
     if len(elements) == 1:
         return f"the {what} of {place} exceeded the {of}"
     return f"the {what} of {counted(len(elements), 'element')} exceeded the {of}, first {place}"
+
+
+def place_of_element(network: Network, element: int) -> str:
+    """Return the number of an element, and where it is as drawn."""
+    body, (field, item) = network.owner(element).name, _element(network, element)
+    corners = network.position[field.nodes[item]]
+    centre = ", ".join(show(float(x), LENGTH) for x in corners.mean(axis=0))
+    return f"element {network.number_of(element)} of {body} around ({centre})"
 
 
 Log = Sequence[tuple[float, LoggedEvent]]

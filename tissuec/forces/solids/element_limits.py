@@ -15,15 +15,20 @@ triangle of the area A has a = t √A as drawn, and stretch and stress are those
 """
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import astuple
 
 from tissuec.autodiff import Number, Tensor, largest, maximum, sqrt
 from tissuec.autodiff.points import TracedPoint
 from tissuec.autodiff.tensors import PLACES
+from tissuec.core.structs import replace
 from tissuec.model.network import Floats, Indices
+
+#: Elements in the zone in which the faces of a tear soften.
+SOFTENING = 3.0
 
 
 class Loaded(Protocol):
@@ -55,7 +60,7 @@ class Loaded(Protocol):
         ...
 
 
-class ElementLimits(NamedTuple):
+class ElementLimits(Struct, frozen=True, eq=False):
     """Limits of elements; infinite where there is none.
 
     Attributes:
@@ -63,15 +68,39 @@ class ElementLimits(NamedTuple):
         stress: [Pa], shape (element,).
         toughness: Energy per area of a crack that they hold when they break [J/m²], shape
             (element,).
+        parting: Energy per area as drawn that faces take on which they tear [J/m²], shape
+            (element,); 0 where they tear at once.
     """
 
     strain: Floats
     stress: Floats
     toughness: Floats
+    parting: Floats
 
     def some(self, items: Indices) -> "ElementLimits":
         """Return those of some elements, by indices of shape (n,)."""
-        return ElementLimits(self.strain[items], self.stress[items], self.toughness[items])
+        return ElementLimits(*(each[items] for each in astuple(self)))
+
+    def times(self, factor: Floats) -> "ElementLimits":
+        """Return limits multiplied by dimensionless factors, shape (element,)."""
+        each = self.strain * factor, self.stress * factor, self.toughness * factor
+        return ElementLimits(*each, self.parting)
+
+    def softening(self, shear: Floats, bulk: Floats, size: Floats) -> "ElementLimits":
+        """Return the same with strengths that follow from the toughness of faces.
+
+        The zone in which faces soften is then n = ``SOFTENING`` elements long: with the modulus
+        E' in plane strain, σ² = 9π/32 E' G/(n h) (A. Turon, C. G. Dávila, P. P. Camanho,
+        J. Costa, Eng. Fract. Mech. 74:1665, 2007).
+
+        Args:
+            shear, bulk: Initial moduli [Pa], shape (element,).
+            size: h of elements as drawn [m], shape (element,).
+        """
+        poisson = (1.5 * bulk - shear) / (3.0 * bulk + shear)
+        plane = 2.0 * shear / (1.0 - poisson)
+        found = np.sqrt(9.0 * np.pi / 32.0 * plane * self.parting / (SOFTENING * size))
+        return replace(self, stress=np.where(self.parting > 0.0, found, self.stress))
 
     @property
     def finite(self) -> Indices:

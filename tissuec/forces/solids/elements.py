@@ -171,11 +171,15 @@ class SolidElements(PointField, frozen=True):
         if len(flat):
             raise ValueError(f"{shape.name} {flat[0]} is flat or inside out")
         local = np.minimum(shape.local * material.shear, material.bulk)
+        limits = material.limits
+        if limits is not None and limits.parting.any():
+            size = np.cbrt(drawn.volume.sum(axis=1)[row])
+            limits = limits.softening(material.shear, material.bulk, size)
         every = np.arange(len(nodes))
         law, laws = numbered_laws(material.law, material.laws)
         attributes = {
             "walls": first + every, "walled": every, "nodes": nodes, "name": name,
-            "limits": material.limits, "laws": laws, "shear": material.shear,
+            "limits": limits, "laws": laws, "shear": material.shear,
             "viscosity": material.viscosity, "law": law, "fibres": fibres,
             "branches": branches, "yielding": yielding, "recalled": None,
             "constants": np.zeros((len(nodes), 0)), "shape": shape, "drawn": drawn, "row": row,

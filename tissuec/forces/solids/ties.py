@@ -8,27 +8,70 @@ it. With the difference g of both, the area A of a point and the stiffness k per
 in a tissue with viscosity. An element in which a blade ends is divided like those behind it,
 and what is ahead of the blade is tied: so a cut ends where the blade does, and energy is
 released as the blade proceeds.
+
+Where tissue has torn, the traction on both faces falls with their distance g, from σ at
+g₀ = σ/k to nothing at g₁ = 2 G/σ, so that the energy G per area has been spent:
+
+    E/A = k g²/2 up to g₀,    G - (g₁ - g)² σ/(2 (g₁ - g₀)) up to g₁,    G beyond.
+
+The energy is a function of g until the faces are free for good. Damping falls as the traction
+over g does.
 """
 
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Callable, Sequence
+from typing import ClassVar, Self
 
 import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
 
-from tissuec.autodiff import Numbers, Potential, Vector, square
+from tissuec.autodiff import (
+    Number,
+    Numbers,
+    Potential,
+    Vector,
+    maximum,
+    minimum,
+    sqrt,
+    square,
+    where,
+)
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.forces.fields import Items
 from tissuec.forces.potential_fields import PotentialField
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 
+#: Opening of ties that do not tear, beyond which no tissue is [m].
+FAR = 1e3
 
-def _tie(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
-    """Return the potential of a point."""
+
+def _sums(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> tuple[Number, Number]:
+    """Return |g|² and |dg/dt|² of a point."""
     gap, speed = p.weights[0] * x[0], p.weights[0] * v[0]
     for k in range(1, len(x)):
         gap, speed = gap + p.weights[k] * x[k], speed + p.weights[k] * v[k]
-    return Potential(0.5 * p.stiffness * square(gap), 0.5 * p.damping * square(speed))
+    return square(gap), square(speed)
+
+
+def _tie(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
+    """Return the potential of a point."""
+    gap, speed = _sums(x, v, p)
+    return Potential(0.5 * p.stiffness * gap, 0.5 * p.damping * speed)
+
+
+def _softening(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potential:
+    """Return the potential of a point of a tear."""
+    gap, speed = _sums(x, v, p)
+    least = p.first * p.first
+    size = sqrt(maximum(gap, least))
+    left = p.last - minimum(size, p.last)
+    whole = 0.5 * p.stiffness * p.first
+    beyond = whole * (p.last - left * left / (p.last - p.first))
+    stored = where(gap > least, beyond, 0.5 * p.stiffness * gap)
+    secant = p.first * left / (size * (p.last - p.first))
+    return Potential(stored, 0.5 * p.damping * secant * speed)
 
 
 class Ties(PotentialField, frozen=True):
@@ -73,3 +116,93 @@ class Ties(PotentialField, frozen=True):
         places = np.sort(place[self.nodes], axis=1)
         is_new = np.diff(places, axis=1, prepend=-1) > 0
         return Items(places[is_new], np.concatenate([[0], np.cumsum(is_new.sum(axis=1))]))
+
+
+class SofteningTies(Ties, frozen=True):
+    """Points of sections that tear.
+
+    Attributes:
+        first, last: g₀ and g₁ [m], shape (point,).
+        fronts: The part in front, an entity, shape (point,).
+        softens: Whether its section has begun to, shape (point,).
+    """
+
+    item_potential = staticmethod(_softening)
+    columns = (*Ties.columns, "first", "last")
+
+    first: Floats
+    last: Floats
+    fronts: Indices
+    softens: NDArray[np.bool_]
+
+    def only(self, items: Indices) -> Self:
+        """Return some points, by indices of shape (n,)."""
+        own = {name: getattr(self, name)[items] for name in ("fronts", "softens")}
+        return replace(super().only(items), **own)
+
+    @property
+    def breakable(self) -> "TearingSections | None":
+        """Return the sections that can tear; None without any."""
+        able = np.flatnonzero(self.first < FAR)
+        return TearingSections(self.only(able)) if len(able) else None
+
+
+class TearingSections(Struct, frozen=True, eq=False):
+    """The sections of a body that can tear, each by its part in front.
+
+    One begins to soften where the first of its points does, and is free when all of them are.
+
+    Attributes:
+        points: All of them can tear.
+    """
+
+    points: SofteningTies
+
+    @property
+    def entities(self) -> Indices:
+        """Return the part in front of each, an entity, ascending, shape (section,)."""
+        return np.unique(self.points.fronts)
+
+    def some(self, items: Indices) -> Self:
+        """Return some sections, by indices of shape (n,)."""
+        own = np.isin(self.points.fronts, self.entities[items])
+        return type(self)(self.points.only(np.flatnonzero(own)))
+
+    def loading(self, place: Indices) -> Callable[[Floats], Floats]:
+        """Return the function that finds openings divided by limits, shape (section,).
+
+        It takes the flat positions of all nodes [m], shape (3 node,).
+
+        Args:
+            place: Index of each node among them, shape (node,).
+        """
+        points = self.points
+        order = np.argsort(points.fronts, kind="stable")
+        own = points.only(order)
+        starts = np.flatnonzero(np.diff(own.fronts, prepend=-1))
+        nodes, weights, begun = place[own.nodes], own.weights, own.softens[starts]
+
+        def loads(x: Floats) -> Floats:
+            gap = np.einsum("pa,pax->px", weights, x.reshape(-1, 3)[nodes])
+            size = np.sqrt((gap * gap).sum(axis=1))
+            first = np.maximum.reduceat(size / own.first, starts)
+            return np.where(begun, np.minimum.reduceat(size / own.last, starts), first)
+
+        return loads
+
+    def loads(self, position: Floats) -> Floats:
+        """Return the openings divided by the limits of sections, shape (section,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        x = np.ascontiguousarray(position, dtype=float).ravel()
+        return self.loading(np.arange(len(position)))(x)
+
+    def broken(self, position: Floats) -> Indices:
+        """Return the parts in front of sections above their limits, shape (n,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        return self.entities[self.loads(position) > 1.0]

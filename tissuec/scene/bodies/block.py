@@ -339,6 +339,7 @@ class _BodyReader:
                 hint="write a Young's modulus in its tissue and a thickness in the body, "
                 "or bending = 20 %",
             )
+        self._refuse_faces()
         if SECOND_FIBRES in self.once:
             self.findings.add(
                 "TIS306",
@@ -355,6 +356,17 @@ class _BodyReader:
                 hint=leaving_out(
                     "remove it: each spring is prestressed along its own direction", place
                 ),
+            )
+
+    def _refuse_faces(self) -> None:
+        """Report that a body which has no elements that can be divided tears by faces."""
+        if self.rest.get("rupture") == "by faces":
+            place = self.once["rupture"]
+            self.findings.add(
+                "TIS306",
+                "only solids of elements that are not quadratic tear by faces",
+                place,
+                hint=Hint("write rupture is allowed", Edit("rupture is allowed", place)),
             )
 
     def _refuse_springs(
@@ -375,9 +387,12 @@ class _BodyReader:
             head = self.once["mesh"]
             refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)
         wall = is_wall(self.mesh)
+        if wall or made.is_quadratic:
+            self._refuse_faces()
         refuse_entries(self.once, made, self.findings, wall=wall)
         if made.is_quadratic:
-            breaks = self.once["rupture"] if self.rest.get("rupture") else None
+            known = self.rest.get("rupture")
+            breaks = self.once["rupture"] if known and known != "by faces" else None
             refuse_quadratic(made, breaks, self.findings, wall=wall)
         if wall and bending is not None:
             refuse("bending by springs", bending.span, made, self.findings)

@@ -36,6 +36,9 @@ VALUES = (
 )  # fmt: skip
 
 
+FACES = "faces"
+
+
 class RuptureWords(VerbSentence, frozen=True):
     """Whether anything breaks."""
 
@@ -53,22 +56,31 @@ class RuptureWords(VerbSentence, frozen=True):
 
 
 class RuptureByWords(VerbSentence, frozen=True):
-    """That elements break by toughness alone."""
+    """How elements break."""
 
     limit: Annotated[
-        str, ChoiceClause("by", {TOUGHNESS: "Elements break by toughness alone."}, what="limit")
+        str,
+        ChoiceClause(
+            "by",
+            {
+                TOUGHNESS: "Elements break by toughness alone.",
+                FACES: "Solids tear: faces open, and no element is lost.",
+            },
+            what="choice",
+        ),
     ]
 
 
 _RUPTURE = SentenceKind(
-    (RuptureWords, RuptureByWords), wrong="rupture is allowed, not allowed, or by toughness"
+    (RuptureWords, RuptureByWords),
+    wrong="rupture is allowed, not allowed, by toughness, or by faces",
 )
 
 
 def _read_rupture(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> Rupture:
     said: RuptureWords | RuptureByWords = SentenceReader("rupture", _RUPTURE, item, scope).get()
     if isinstance(said, RuptureByWords):
-        return "by toughness"
+        return "by faces" if said.limit == FACES else "by toughness"
     return "allowed" if said.word == "allowed" else ""
 
 

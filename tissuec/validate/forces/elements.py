@@ -635,7 +635,7 @@ RULES: dict[str, Callable[[], Rule]] = {
 
 
 def shape_functions(shape: str, places: Floats) -> Floats:
-    """Return the functions of the nodes of a shape, shape (place, node).
+    """Return the dimensionless functions of the nodes of a shape, shape (place, node).
 
     Args:
         places: Natural coordinates, shape (place, 3), of triangles (place, 2).

@@ -44,7 +44,8 @@ class CohesiveTies(ForceFormula):
             for row, entity in enumerate(entities)
         }
         rows: list[Floats] = []
-        scale: list[tuple[float, float]] = []
+        scale: list[tuple[float, ...]] = []
+        fronts: list[int] = []
         for number in np.flatnonzero(alive[tied.entities].all(axis=1)):
             count = tied.shares.shape[2]
             sides = [np.zeros((count, len(drawn))) for _ in range(2)]
@@ -63,20 +64,64 @@ class CohesiveTies(ForceFormula):
             else:
                 area = thickness[cell] * np.linalg.norm(ends[1] - ends[0]) / 2.0
             rows.append(sides[0] - sides[1])
-            scale += [(area * tied.stiffness[number], area * tied.damping[number])] * count
+            first, last = tied.first[number], tied.last[number]
+            constants = area * tied.stiffness[number], area * tied.damping[number], first, last
+            scale += [(*constants, float(tied.softens[number]))] * count
+            fronts += [int(tied.entities[number, 0])] * count
         self._gaps = sparse.csr_matrix(np.concatenate(rows))
-        self._pull, self._brake = np.array(scale).T[..., None]
+        self._pull, self._brake, self._first, self._last, self._begun = np.array(scale).T
+        self._fronts = np.array(fronts)
+        tears = np.isfinite(self._first)
+        #: Sections that may open, by the part in front, as entities.
+        self.breakable: Indices = np.unique(self._fronts[tears])
+
+    def burdens(self, position: Floats) -> Floats:
+        """Return openings of sections divided by their limits.
+
+        They are dimensionless, shape (section,).
+
+        The limit of a section is the opening at which the first point begins to soften, and
+        then that at which the last is free.
+        """
+        size = np.linalg.norm(self._gaps @ position, axis=1)
+        found: list[float] = []
+        for front in self.breakable:
+            own = self._fronts == front
+            begun = self._begun[own][0] > 0.0
+            limit = self._last[own] if begun else self._first[own]
+            found.append(float((np.min if begun else np.max)(size[own] / limit)))
+        return np.array(found)
+
+    def _traction(self, gap: Floats) -> Floats:
+        """Return forces over openings [N/m], shape (point, 1)."""
+        size = np.linalg.norm(gap, axis=1)
+        tears = np.isfinite(self._first) & (size > self._first)
+        found = self._pull.copy()
+        first, last, own = self._first[tears], self._last[tears], size[tears]
+        fall = np.clip((last - own) / (last - first), 0.0, None)
+        found[tears] = self._pull[tears] * first * fall / own
+        return found[:, None]
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         gap, speed = self._gaps @ position, self._gaps @ velocity[: len(position)]
-        to -= self._gaps.T @ (self._pull * gap + self._brake * speed)
+        pull = self._traction(gap)
+        brake = self._brake[:, None] * pull / self._pull[:, None]
+        to -= self._gaps.T @ (pull * gap + brake * speed)
 
     def energy(self, time: float, position: Floats) -> float:
-        return 0.5 * float((self._pull * (self._gaps @ position) ** 2).sum())
+        size = np.linalg.norm(self._gaps @ position, axis=1)
+        first, last = (np.where(np.isinf(e), 1e9, e) for e in (self._first, self._last))
+        near, far = np.minimum(size, first), np.clip(size, first, np.maximum(last, first))
+        # The traction falls evenly: its integral is the mean of both ends times the way.
+        span = np.where(last > first, last - first, 1.0)
+        ends = 1.0 + np.clip((last - far) / span, 0.0, 1.0)
+        return float((self._pull * (0.5 * near**2 + 0.5 * first * ends * (far - first))).sum())
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
         """Return the power that dashpots lose [W]."""
-        return float((self._brake * (self._gaps @ velocity[: len(position)]) ** 2).sum())
+        speed = self._gaps @ velocity[: len(position)]
+        fall = self._traction(self._gaps @ position)[:, 0] / self._pull
+        return float(((self._brake * fall)[:, None] * speed**2).sum())
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
@@ -88,6 +133,18 @@ class CohesiveTies(ForceFormula):
             (np.ones(len(moves)), (np.arange(len(moves)), number[moves])),
             shape=(len(moves), size),
         )  # fmt: skip
-        joined = own @ spread
-        flat = joined.T @ sparse.diags(self._pull[:, 0]) @ joined
-        return sparse.coo_matrix(sparse.kron(flat, sparse.identity(3)))
+        joined = sparse.kron(own @ spread, sparse.identity(3)).tocsr()
+        middle = sparse.block_diag(list(self._slopes(self._gaps @ position)), format="csr")
+        return sparse.coo_matrix(joined.T @ middle @ joined)
+
+    def _slopes(self, gap: Floats) -> Floats:
+        """Return derivatives of forces by openings [N/m], shape (point, 3, 3)."""
+        pull, size = self._traction(gap)[:, :, None], np.linalg.norm(gap, axis=1)
+        found = pull * np.eye(3)
+        tears = np.isfinite(self._first) & (size > self._first)
+        along = gap[tears] / size[tears, None]
+        both = along[:, :, None] * along[:, None, :]
+        first, last = self._first[tears], self._last[tears]
+        fall = np.where(size[tears] < last, -self._pull[tears] * first / (last - first), 0.0)
+        found[tears] += (fall[:, None, None] - pull[tears]) * both
+        return found

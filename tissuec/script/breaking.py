@@ -1,0 +1,57 @@
+"""What breaks by itself: springs and elements that are lost, and solids that tear by faces."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.mechanics.state import State
+from tissuec.model.network import Indices
+from tissuec.model.torn import Torn
+from tissuec.script.verbs import ActionFailed
+
+
+class Broken(NamedTuple):
+    """What has broken at one time.
+
+    Attributes:
+        entities: Springs and elements that have parted, ascending, shape (n,).
+        edges: Edges that are lost with them, ascending, shape (m,).
+        torn: What faces have parted, by names of bodies.
+    """
+
+    entities: Indices
+    edges: Indices
+    torn: dict[str, Torn]
+
+
+def break_apart(state: State, broken: Indices) -> Broken:
+    """Let springs break, elements be lost, and solids tear; the state is changed in place.
+
+    Args:
+        broken: Entities above their limits, shape (n,).
+
+    Raises:
+        ActionFailed: The reserve of a body is exhausted.
+    """
+    torn = dict[str, Torn]()
+    for body in (one for one in state.network.bodies if one.reserve.nodes):
+        own = (broken >= int(body.elements.start)) & (broken < int(body.elements.stop))
+        if own.any():
+            torn[body.name] = _torn(state, body.name, broken[own])
+            broken = broken[~own]
+    edges = [broken[:0], *(each.edges for each in torn.values())]
+    if len(broken):
+        edges.append(state.break_entities(broken))
+    parted = np.concatenate([broken, *(each.elements for each in torn.values())])
+    return Broken(np.unique(parted), np.unique(np.concatenate(edges)), torn)
+
+
+def _torn(state: State, name: str, broken: Indices) -> Torn:
+    """Let a body tear; see ``mechanics.tearing.tear``."""
+    from tissuec.mechanics.cut_surfaces import NotDivisible  # where there are solids
+    from tissuec.mechanics.tearing import tear
+
+    try:
+        return tear(state, name, broken)
+    except NotDivisible as error:
+        raise ActionFailed(str(error), None, state.network.elements_of(name)[0].span) from error
