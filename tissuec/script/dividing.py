@@ -288,6 +288,12 @@ def met_sections(
 ) -> tuple[Indices, Floats, Floats, Floats]:
     """Return which elements of a shape a blade meets, where along its edge, and how much.
 
+    Args:
+        parts: Elements of the shape.
+        entities: Of these, shape (part,).
+        heights: Of all nodes above the blade [m], shape (node,).
+        position: Of all nodes [m], shape (node, 3).
+
     Returns:
         Entities, shares of the edge at which their sections begin and end, and shares of the
         sections within the blade, shape (n,) each.

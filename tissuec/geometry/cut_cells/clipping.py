@@ -274,12 +274,20 @@ def _facets(case: _Case, pool: Floats, turn: Indices) -> tuple[Floats, Indices]:
 
 
 def turned(facets: Floats) -> Floats:
-    """Return facets that face the other way; shape (…, facet, corner, n)."""
+    """Return facets that face the other way.
+
+    Args:
+        facets: Shares or places of corners, in any unit, shape (…, facet, corner, n).
+    """
     last = facets.shape[-2] - 1
     return facets[..., [*range(last - 1), last, last - 1], :]
 
 
 def are_flat(facets: Floats) -> Bools:
-    """Return which facets have two corners in one place; shape (…, facet, corner, n)."""
+    """Return which facets have two corners in one place, shape (…, facet).
+
+    Args:
+        facets: Shares or places of corners, in any unit, shape (…, facet, corner, n).
+    """
     before = np.roll(facets, 1, axis=-2)
     return np.asarray((facets == before).all(axis=-1).any(axis=-1))

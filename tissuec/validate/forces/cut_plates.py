@@ -23,7 +23,7 @@ ROUNDING = 1e-9  # of an edge
 
 
 def fractions_of(parts: Any) -> Floats:
-    """Return the shares of the areas of triangles that parts have, shape (part,).
+    """Return the dimensionless shares of the areas of triangles that parts have, shape (part,).
 
     Args:
         parts: ``geometry.cut_cells.parts.CellParts`` of triangles, read for their pieces.
