@@ -1,5 +1,7 @@
 """Blades divide triangles of walls: what is kept, what moves on its own, and bending."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -11,6 +13,8 @@ from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.forces.surfaces.cut_plates import held_stiffness
 from tissuec.mechanics.cutting import carry_out, divided
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.validate.forces.cut_plates import fractions_of
 from tissuec.validate.forces.cut_plates import held_stiffness as held_stiffness_again
 
@@ -219,6 +223,40 @@ def test_a_slit_leaves_one_piece_and_a_second_cut_crosses_it():
     time, pieces = played.log("pieces of block")
     assert set(pieces[time < 7.5e-3, 0]) == {1.0}
     assert pieces[-1, 0] == 3
+
+
+PATH = np.array([(8, -1), (10, 4), (12, 7), (12.5, 11)])
+
+
+def test_strokes_along_a_path_leave_two_pieces():
+    """Each begins where the one before ends, within a triangle; the sheet is in one piece."""
+    orders = ""
+    for k, (first, last) in enumerate(pairwise(PATH)):
+        way = last - first
+        ends = "from ({}, {}, 0) mm to ({}, {}, 0) mm".format(*first, *last)
+        orders += (
+            f"at {k + 1} ms: cut block along line {ends} facing ({-way[1]}, {way[0]}, 0)\n"
+        )
+    end = "output { count(pieces of block) every 0.5 ms }\nsimulate { duration = 4 ms }\n"
+    played = play(scene(FINE, orders=orders, end=end).replace(ANY, ""))
+    time, pieces = played.log("pieces of block")
+    assert set(pieces[time < 2.9e-3, 0]) == {1.0} and pieces[-1, 0] == 2
+    assert not played.outcome.state.tied
+    assert volume(played.outcome.state) == pytest.approx(200e-9, rel=1e-12)
+
+
+def test_the_gap_is_that_of_edges():
+    """Halves that are moved apart by a millimetre have a gap of as much."""
+    text = scene().replace("x < 0.01 mm", "x >= 0 mm")
+    compiled = compiled_scene(text)
+    state = compiled.plan.start(compiled.network)
+    cut(state, (11.2, 5, 0), (1, 0, 0))
+    snapshot = Snapshot.of(state)
+    gap, subject = MEASURES["gap"], Subject("base", compiled.nodes_of("base"), ())
+    assert gap.sample((subject,), snapshot)[0] == pytest.approx(0.0, abs=1e-12)
+    state.position[ahead_of(state, (11.2, 5, 0), np.array([1.0, 0, 0])), 0] += 1e-3
+    state.follow_hosts()
+    assert gap.sample((subject,), Snapshot.of(state))[0] == pytest.approx(1e-3, rel=1e-9)
 
 
 def test_scipy_finds_the_same_motion():

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from tissuec.geometry.edges import Floats, Indices
 
+LEAST_LEFT = 1e-9  # of a triangle or a line: what is left of it by rounding
+
 
 class MetEdges(Struct, frozen=True, eq=False):
     """Points at which a plane meets the edges of elements, in order around their middle.
@@ -161,7 +163,7 @@ def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
 
 
 def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Indices, Floats]:
-    """Return what of triangles, or of lines, is not within a blade.
+    """Return what of triangles, or of lines, is not within a blade, but for rounding.
 
     Args:
         plain: p and q of corners, shape (triangle, 3, 2) or (line, 2, 2).
@@ -184,8 +186,9 @@ def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Ind
             out, (which, shares) = sides[0], sides[1]
             found.append((source[out[0]], out[1]))
             source = source[which]
-    every = [np.concatenate(each) for each in zip(*found, strict=True)]
-    return every[0], every[1]
+    source, shares = (np.concatenate(each) for each in zip(*found, strict=True))
+    kept = np.abs(np.linalg.det(shares)) > LEAST_LEFT
+    return source[kept], shares[kept]
 
 
 def inside_boxes(plain: Floats, low: Floats, high: Floats) -> tuple[Indices, Floats]:

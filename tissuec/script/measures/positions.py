@@ -69,8 +69,8 @@ CHUNK = 64  # points compared at a time with those ahead: small beside the cache
 class Gap(ScalarMeasure):
     """The smallest distance between nodes of A in different pieces of the net.
 
-    Of solids that blades have divided, corners of the faces of cuts count, too. 0 as long as A
-    is in one piece.
+    Where blades have divided elements, corners of the faces or edges of cuts count, too. 0 as
+    long as A is in one piece.
     """
 
     form = "gap(A)"
@@ -89,7 +89,7 @@ class Gap(ScalarMeasure):
 
 
 def _of_matter(snapshot: Snapshot, nodes: Indices) -> tuple[Floats, NDArray[np.int32]]:
-    """Return places of nodes with matter and of corners of parts, and the piece of each.
+    """Return places of nodes with matter and of corners of surfaces, and the piece of each.
 
     Copies of nodes are beyond the cut that they are made by, where there is no matter.
 
@@ -100,7 +100,7 @@ def _of_matter(snapshot: Snapshot, nodes: Indices) -> tuple[Floats, NDArray[np.i
     assert cut is not None
     chosen = np.zeros(cut.nodes, dtype=bool)
     chosen[nodes] = True
-    corners = cut.corners[state.alive[cut.owners]]
+    corners = cut.triangles[state.alive[cut.borders]]
     points = distinct(corners[corners >= cut.nodes]) - cut.nodes
     hosts = cut.points.hosts[cut.points.first[points]]
     points, hosts = points[chosen[hosts]], hosts[chosen[hosts]]
