@@ -343,5 +343,5 @@ script { at 0.1 s: cut block along plane through (9.7, 0, 0) mm facing (1, 0, 0)
 def test_a_run_that_is_resumed_during_a_cut_gives_the_same_bytes():
     text = block() + CUT.format(start=-2, stop=8, profile="constant speed")
     text = text.replace("every 1 ms", "every 10 ms")
-    _, *parts = same_when_resumed(compiled_scene(text), "force of shears", 9)
+    _, *parts = same_when_resumed(compiled_scene(text), "force of shears", 12)
     assert all(0.1 < first.state.time < 0.9 for first, _ in parts)
