@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from tests.contact.scenes import play
 from tests.cuts.test_divided_solids import cut, momentum
+from tests.cuts.test_touched_parts import forces
 from tests.every import every
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import same_on_two_threads, same_when_resumed
@@ -257,6 +258,26 @@ def test_the_gap_is_that_of_edges():
     state.position[ahead_of(state, (11.2, 5, 0), np.array([1.0, 0, 0])), 0] += 1e-3
     state.follow_hosts()
     assert gap.sample((subject,), Snapshot.of(state))[0] == pytest.approx(1e-3, rel=1e-9)
+
+
+PLATE = "tool plate { kind is plane; point = (0, 0, 0.6) mm; normal = (0, 0, -1) }\n"
+
+
+def test_a_plate_presses_on_a_wall_that_is_cut_as_on_a_whole_one():
+    """The area that is pressed is the same, and action and reaction are equal, to rounding."""
+    text = scene(cuts=2).replace(
+        "environment {", PLATE + "environment { contact is tools only;"
+    )
+    state = state_of(text)
+    tool = state.network.tools[0].nodes
+    state.position[tool, 2] -= 0.7e-3
+    expected = forces(state)[tool].sum(axis=0)
+    assert expected[2] > 0.1
+    for blade in (BLADES[0], ((10.3, 4.4, 5.2), (0.1, 1, 0.3))):
+        cut(state, *blade)
+        found = forces(state)
+        assert_allclose(found[tool].sum(axis=0), expected, atol=1e-12 * expected[2])
+        assert_allclose(found.sum(axis=0), 0.0, atol=1e-13 * expected[2])
 
 
 def test_scipy_finds_the_same_motion():
