@@ -401,13 +401,18 @@ class ElementCut(Struct, frozen=True, eq=False):
         self, state: "State", way: BladeWay, share: float
     ) -> tuple[BladeWay, tuple[LoggedEvent, ...]]:
         """Divide elements; return the rest of the way, and the event if there are any."""
-        try:
-            division = way.until(state, share)
-        except NotDivisible as error:
-            raise ActionFailed(str(error), None, self.span) from error
         before, after = way.taken(way.reached), way.taken(share)
         area, energy = after[0] - before[0], after[1] - before[1]
-        rest, lost = way.divide(state, division, share)
+        is_first = self.body not in state.cut_bodies
+        try:
+            division = way.until(state, share)
+            rest, lost = way.divide(state, division, share)
+        except NotDivisible as error:
+            raise ActionFailed(str(error), None, self.span) from error
         if division is None and area == 0.0:
             return rest, ()
-        return rest, (cut_event(self.span, lost, area, energy),)
+        event = cut_event(self.span, lost, area, energy)
+        if division is None or state.contact is None or not is_first:
+            return rest, (event,)
+        note = f"{sentence(self.span)}: both sides of cuts do not touch each other"
+        return rest, (event, LoggedEvent("note", (), note, self.span))

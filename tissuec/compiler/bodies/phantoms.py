@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 #: makes two parts there, or three where one side is in two pieces.
 MOST = 3
 _PARTS = 2  # of a cell that a blade divides
-#: Riders for each element that a blade crosses; blades at random need up to 10 in hexahedra.
+#: Riders for each element that the worst plane crosses; blades at random need up to 8.3 in
+#: hexahedra.
 _RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0, "triangle": 4.0}
 FEW = 60  # more, of bodies of few elements, which share few points
 #: Planes by which the largest section of a body is estimated: along faces, edges and corners
