@@ -203,6 +203,19 @@ def test_energy_that_faces_take_is_in_the_ledger():
 
 
 @pytest.mark.slow
+def test_a_strip_tears_in_equilibrium():
+    """The work is that of the faces, and what a jump to another equilibrium releases."""
+    text = STRIP.replace("; tolerance = 1e-5", "; integrator is equilibrium")
+    played = play(text.replace("every 1 ms", "every 2 ms"))
+    assert played.log("pieces of plate")[1][-1, 0] == 2
+    _, energy = played.energies()
+    expected = 0.2 * 13e-3 * 4e-3
+    assert -energy["switched"][-1] == pytest.approx(expected, rel=0.02)
+    assert energy["work"][-1] == pytest.approx(expected, rel=0.05)
+    assert abs(energy["elastic"][-1]) < 1e-9 * expected
+
+
+@pytest.mark.slow
 def test_scipy_finds_the_same_tear():
     text = STRIP.replace("tolerance = 1e-5", "tolerance = 1e-4")
     found = validated(text.replace("duration = 50 ms", "duration = 7.5 ms"), rtol=1e-6)
