@@ -132,7 +132,7 @@ def _drawn_entities(state: "State", name: str, body: CutBody, parts: Indices) ->
 
 
 class TearFront:
-    """Whole elements of a body, and the surface that goes on into them.
+    """Whole elements of a body, and the surface that continues into them.
 
     Elements of all shapes are numbered one after the other, parts among them.
 
@@ -191,7 +191,7 @@ class TearFront:
                 )
             first += len(parts)
 
-    # --- where it goes on ---------------------------------------------------------------------
+    # --- where it continues -------------------------------------------------------------------
 
     def _faces(self) -> tuple[Bools, Floats]:
         """Return which whole elements the surface enters by a face, and where.
@@ -256,7 +256,7 @@ class TearFront:
         return enters, place
 
     def advance(self, broken: Bools) -> None:
-        """Let the surface go on into elements, and begin where it is not.
+        """Let the surface continue into elements, and begin where there is none.
 
         Args:
             broken: Elements above their limits, shape (part,).
@@ -264,7 +264,7 @@ class TearFront:
         broken = broken & self.is_whole & self.fresh
         alone = self.factors(np.zeros(len(broken), dtype=bool))
         broken = broken & (self.load >= alone * (1.0 - TOGETHER))
-        has_gone_on = False
+        has_continued = False
         while True:
             enters, place = self.ahead()
             least = np.where(self.soft, AHEAD, 1.0) * self.factors(enters) * (1.0 - TOGETHER)
@@ -272,18 +272,18 @@ class TearFront:
             if ready.any():
                 one = int(np.argmax(np.where(ready, self.load / least, -1.0)))
                 self._enter(one, place[one])
-                has_gone_on = True
+                has_continued = True
                 continue
             first = np.flatnonzero(broken & self.fresh)
-            if has_gone_on or not len(first):
+            if has_continued or not len(first):
                 break
-            has_gone_on = True
+            has_continued = True
             one = int(first[np.argmax(self.load[first])])
             self._enter(one, self.middle[one])
             self.tears = replace(
                 self.tears, begun=np.concatenate([self.tears.begun, self.middle[[one]]])
             )
-        if has_gone_on:
+        if has_continued:
             self._raise()
 
     def factors(self, enters: Bools) -> Floats:
