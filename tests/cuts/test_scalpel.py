@@ -253,7 +253,7 @@ def test_an_edge_that_cuts_nothing_is_noted():
         ("made of elements; tissue is gel",
          "made of elements; tissue is gel; rupture is allowed", "be divided"),
         ("from 0 s to 60 ms: { cut block with knife; ",
-         "at 0 s: cut block with knife\n  from 0 s to 60 ms: { ", "along"),
+         "at 0 s: cut block with knife\n  from 0 s to 60 ms: { ", "for a scalpel: from"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_reported(old, new, message):

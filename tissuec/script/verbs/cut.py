@@ -59,10 +59,12 @@ class CutSet(VerbSentence, frozen=True):
                 from tissuec.script.edge_cut import EdgeCut  # where there is a scalpel
 
                 return EdgeCut(self.group.name, self.tool, self.duration, self.span)
+            along = "along plane through (10, 0, 0) mm facing (1, 0, 0)"
+            hint = f"for example: {along}"
+            if self.tool is not None:
+                hint = f"write {along}, or for a scalpel: from … to …: {order.span.text}"
             order.reject(
-                "TIS304",
-                '"cut" needs "along", except for a set of springs',
-                hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
+                "TIS304", '"cut" needs "along", except for a set of springs', hint=hint
             )
         _refuse_interval(self.duration, order)
         return Cut(self.group, None, None, None, self.span, self.tool or "")
