@@ -148,6 +148,7 @@ class Engine:
     def restart(self, state: State) -> None:
         """Take over a state that was changed from outside, with its time."""
         stepper, control = self.stepper, self._control
+        stepper.park(state)
         stepper.inputs.update(state)
         if begins := not control.begun:
             self._begin(state)
@@ -236,7 +237,7 @@ class Engine:
         x, v, ledger = self._viewed[0].state(time)
         return (
             self.stepper.inputs.positions(x),
-            self.stepper.inputs.outwards(v),
+            self.stepper.inputs.motion(v),
             ledger,
         )
 

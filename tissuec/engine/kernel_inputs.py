@@ -13,7 +13,7 @@ from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.acting import ActingSprings, knots, lengths, longest_step, pack_acts
 from tissuec.engine.integrators import Integrator
-from tissuec.engine.layout import layout_of
+from tissuec.engine.layout import NONE, layout_of
 from tissuec.engine.operations import Features
 from tissuec.engine.threads import ThreadTeam, parts_of
 from tissuec.engine.unknowns import (
@@ -35,6 +35,7 @@ from tissuec.kernels.records import (
     Solver,
 )
 from tissuec.mechanics.state import State
+from tissuec.model.blocks import EMBEDDING
 from tissuec.model.network import (
     ELEMENTS,
     FRICTION,
@@ -48,6 +49,7 @@ from tissuec.model.springs import Springs
 
 if TYPE_CHECKING:  # which needs SciPy
     from tissuec.engine.stage_matrix import StageMatrix
+    from tissuec.forces.acting.embedding import EmbeddedNodes
 
 Pass = tuple[Callable[..., None], Any]  # a kernel of a field, and the table that it reads
 SPORADIC = {"contact", "jet"}
@@ -78,6 +80,7 @@ class KernelInputs:
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
         self.layout = self._whole = layout_of(network, threads)
         self._bristles = network.remembering(FRICTION)
+        self._left_out = self._parked = self._hosts = NONE
         self.acting = ActingSprings(self.layout, watched=watched, ledger=ledger)
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
@@ -101,22 +104,22 @@ class KernelInputs:
         """
         return self.layout.inwards(vector)
 
-    def outwards(self, flat: Floats) -> Floats:
-        """Return vectors of all nodes and rows, as ``Layout.outwards`` does.
-
-        Args:
-            flat: In any unit, which the result has, too, shape (…, 3 place).
-        """
-        return self.layout.outwards(flat)
-
     def positions(self, flat: Floats) -> Floats:
         """Return positions of all nodes [m], shape (…, node, 3), as ``Layout.of_nodes``."""
         return self.layout.of_nodes(flat)
 
+    def motion(self, flat: Floats) -> Floats:
+        """Return velocities of all nodes and rows, as ``Layout.motion`` does.
+
+        Args:
+            flat: In any unit, which the result has, too, shape (…, 3 place).
+        """
+        return self.layout.motion(flat)
+
     @property
     def left_out(self) -> bool:
         """Return whether some bristles have no place."""
-        return len(self.layout.order) < len(self.layout.place)
+        return len(self._left_out) > 0
 
     def leaves_out(self, bristles: Indices) -> bool:
         """Return whether some bristles have no place, or far too many others have one.
@@ -134,10 +137,24 @@ class KernelInputs:
         Args:
             bristles: Rows, shape (n,).
         """
-        kept = self._bristles if bristles is None else bristles
-        self.layout = self._whole.only(kept, self._bristles)
-        self.acting.move_to(self.layout)
+        self._left_out = NONE if bristles is None else np.setdiff1d(self._bristles, bristles)
+        self._lay_out()
         self._place_nodes()
+
+    def parks(self, state: State) -> bool:
+        """Return whether other nodes of a state are parked than those without a place."""
+        parked, hosts = state.parked
+        same = np.array_equal(parked, self._parked) and np.array_equal(hosts, self._hosts)
+        return not same
+
+    def park(self, state: State) -> None:
+        """Give places to nodes that are not parked in a state, which ``update`` takes next."""
+        self._parked, self._hosts = state.parked
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        self.layout = self._whole.without(self._left_out, self._parked, self._hosts)
+        self.acting.move_to(self.layout)
 
     def update(self, state: State) -> None:
         """Update everything that acts in a state, but not positions and velocities."""
@@ -172,7 +189,8 @@ class KernelInputs:
             self.response[self.layout.place[self.internal_rows]] = 1.0
         self.drag = self.inwards(self._drag)
         self.push, self.steady = self.inwards(self._push), self.inwards(self._steady)
-        self.driven = self.layout.place[np.flatnonzero(self.moved)]
+        driven = self.layout.place[np.flatnonzero(self.moved)]
+        self.driven = driven[driven >= 0]
 
     @property
     def features(self) -> Features:
@@ -347,7 +365,10 @@ class KernelInputs:
 
     def fields(self) -> Fields:
         """Return the forces on nodes other than springs, around the positions ``around``."""
-        groups = [group for field in self.state.fields for group in self._passes(field)]
+        fields = self.state.named_fields
+        if EMBEDDING in fields:
+            fields[EMBEDDING] = self._embedding
+        groups = [group for field in fields.values() for group in self._passes(field)]
         found = [(kernel, RecordTable(table)) for group in groups for kernel, table in group]
         places = [kernel_address(kernel, table) for kernel, table in found]
         tables = [table.address for _, table in found]
@@ -399,9 +420,14 @@ class KernelInputs:
 
     def embedding(self) -> EmbeddingTable:
         """Return the embedded nodes."""
+        return self._embedding.table(self.layout.place, self.acts(), self.around)
+
+    @property
+    def _embedding(self) -> "EmbeddedNodes":
+        """Return the embedded nodes that have places."""
         embedding = self.state.embedding
         assert embedding is not None
-        return embedding.table(self.layout.place, self.acts(), self.around)
+        return embedding.without(self._parked) if len(self._parked) else embedding
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

@@ -15,7 +15,7 @@ from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.core.structs import replace
 from tissuec.engine.spring_runs import RunPlaces, are_shared, places_of
 from tissuec.engine.threads import are_chunks, block_size, useful
-from tissuec.model.network import FRICTION, Floats, Indices, Network
+from tissuec.model.network import FRICTION, Floats, Indices, Network, numbers_in
 from tissuec.model.topology import lower_and_upper
 
 Places = NDArray[np.integer]
@@ -23,6 +23,7 @@ SMALL = 2000  # nodes; below, everything stays in the cache in any order
 FEW = 5000  # nodes whose tiles do, in any order with springs in runs
 GAPS = 0.1  # part of runs from which on other orders are tried
 TRIALS = 3
+NONE: Indices = np.zeros(0, dtype=np.int64)
 BITS = 21
 
 
@@ -34,6 +35,9 @@ class Layout(Struct, frozen=True, eq=False):
         place: The place of each node, followed by those of rows of internal variables, -1 of
             those that are left out, shape (node + row,).
         nodes: How many of these are nodes.
+        bodies: How many nodes of bodies have places, which are the first ones.
+        parked: Nodes without a place, each of which moves with another one, shape (n,).
+        hosts: The node that each of them moves with, shape (n,).
         keeps_order: Whether nodes are where they are in the network.
         springs: Springs by their places; None where they are in this order in the network.
         runs: All springs in runs, by the numbers of the network; None where that is of no use.
@@ -43,10 +47,13 @@ class Layout(Struct, frozen=True, eq=False):
     order: Indices
     place: Indices
     nodes: int
+    bodies: int
     keeps_order: bool
     springs: Indices | None
     runs: RunPlaces | None
     threads: int
+    parked: Indices = NONE
+    hosts: Indices = NONE
 
     def ends_of(self, ends: Places) -> tuple[Places, Places]:
         """Return the lower and the upper place of nodes that springs join, shape (spring,).
@@ -90,24 +97,37 @@ class Layout(Struct, frozen=True, eq=False):
             found[..., self.place < 0, :] = 0.0
         return found
 
-    def of_nodes(self, flat: Floats) -> Floats:
-        """Return those of nodes alone, shape (…, node, 3), in their unit; see ``outwards``."""
-        return self.outwards(flat)[..., : self.nodes, :]
-
-    def only(self, kept: Indices, among: Indices) -> "Layout":
-        """Return a layout without some rows of internal variables.
+    def motion(self, flat: Floats) -> Floats:
+        """Return positions or velocities, of parked nodes as well, shape (…, node + row, 3).
 
         Args:
-            kept: Those to keep, shape (n,).
-            among: Those of which others are left out, shape (m,).
+            flat: In any unit, as of ``outwards``.
+        """
+        found = self.outwards(flat)
+        if len(self.parked):
+            found[..., self.parked, :] = found[..., self.hosts, :]
+        return found
+
+    def of_nodes(self, flat: Floats) -> Floats:
+        """Return those of nodes alone, shape (…, node, 3), in their unit; see ``motion``."""
+        return self.motion(flat)[..., : self.nodes, :]
+
+    def without(self, rows: Indices, parked: Indices, hosts: Indices) -> "Layout":
+        """Return a layout without some rows of internal variables and some nodes.
+
+        Args:
+            rows: Shape (n,).
+            parked, hosts: As the attributes, shape (m,) each.
         """
         out = np.zeros(len(self.place), dtype=bool)
-        out[among], out[kept] = True, False
+        out[rows] = out[parked] = True
         order = self.order[~out[self.order]]
         place = np.full_like(self.place, -1)
         place[order] = np.arange(len(order))
-        keeps = self.keeps_order and not out.any()
-        return replace(self, order=order, place=place, keeps_order=keeps)
+        return replace(
+            self, order=order, place=place, bodies=self.bodies - len(parked),
+            keeps_order=self.keeps_order and not out.any(), parked=parked, hosts=hosts,
+        )  # fmt: skip
 
 
 def layout_of(network: Network, threads: int) -> Layout:
@@ -118,6 +138,10 @@ def layout_of(network: Network, threads: int) -> Layout:
     """
     bodies, nodes, count = network.body_nodes, network.node_count, network.row_count
     order, runs = order_nodes(network.position[:bodies], network.line_ends)
+    # What is in reserve follows other nodes, so that these keep their places without it.
+    for part in network.phantoms:
+        reserve = np.append(numbers_in(part.nodes), numbers_in(part.riders))
+        order = np.append(order[~np.isin(order, reserve)], reserve)
     # Nodes of tools come last, where measures of motion leave them out, after bristles, some
     # of which may be left out.
     bristles = network.remembering(FRICTION)
@@ -134,6 +158,7 @@ def layout_of(network: Network, threads: int) -> Layout:
         order=order,
         place=place,
         nodes=nodes,
+        bodies=bodies,
         keeps_order=np.array_equal(place, np.arange(count)),
         springs=None,
         runs=runs if keeps_tools else None,

@@ -12,6 +12,7 @@ from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.core.structs import replace
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.kernel_inputs import KernelInputs
+from tissuec.engine.layout import Layout
 from tissuec.engine.method import Samples
 from tissuec.engine.unknowns import no_solver
 from tissuec.forces.springs.springs import measured
@@ -40,22 +41,21 @@ ROUNDING, LEAST_ROUNDING = 8 * float(np.finfo(float).eps), 0.5 * float(np.finfo(
 
 
 def new_work(
-    integrator: type[Integrator], network: Network, team: Team, places: int | None = None
+    integrator: type[Integrator], network: Network, team: Team, layout: Layout | None = None
 ) -> Work:
     """Return arrays of zeros, with the coefficients of an integrator.
 
     Args:
         team: Threads that share loops.
-        places: Of nodes and internal variables in the arrays; those of all by default.
+        layout: Of nodes and internal variables in the arrays; all have places by default.
     """
     rows = integrator.rows
     return Work(
-        **_of_nodes(rows, network, network.row_count if places is None else places),
+        **_of_nodes(rows, network, layout),
         ledger=np.zeros((2, 2)),
         end_row=integrator.end_row,
         power=np.zeros((rows, 2)),
         trial_ledger=np.zeros(2),
-        moving=aligned_zeros(network.body_nodes),
         tableau=cast(Tableau, deepcopy(integrator.tableau)),  # None where nothing reads it
         choices=PropagationChoices().row(),
         dense_x=integrator.dense_x.copy(),
@@ -78,10 +78,14 @@ def new_work(
     )
 
 
-def _of_nodes(rows: int, network: Network, places: int) -> dict[str, Floats]:
+def _of_nodes(rows: int, network: Network, layout: Layout | None) -> dict[str, Floats]:
     """Return the arrays of zeros of ``Work`` that have a vector or a number for each place."""
+    places, bodies = network.row_count, network.body_nodes
+    if layout is not None:
+        places, bodies = len(layout.order), layout.bodies
     size, tools = 3 * places, network.node_count - network.body_nodes
     return {
+        "moving": aligned_zeros(bodies),
         "x": aligned_zeros(2, size),
         "v": aligned_zeros(2, size),
         "a": aligned_zeros(2, size),
@@ -96,16 +100,16 @@ def _of_nodes(rows: int, network: Network, places: int) -> dict[str, Floats]:
     }
 
 
-def moved_work(work: Work, network: Network, places: int, **vectors: Floats) -> Work:
+def moved_work(work: Work, network: Network, layout: Layout, **vectors: Floats) -> Work:
     """Return arrays with other places of nodes, between two steps.
 
     Args:
         work: As it was.
-        places: How many there are.
+        layout: Of the nodes from now on.
         vectors: ``x`` [m], ``v`` [m/s], ``a`` [m/s²], ``origin`` [m] and ``drift`` [m/s] by
             their new places, shape (3 place,).
     """
-    made = _of_nodes(len(work.rows), network, places)
+    made = _of_nodes(len(work.rows), network, layout)
     for name, vector in vectors.items():
         made[name][:] = vector
     made["trial_x"][:], made["trial_v"][:] = vectors["x"], vectors["v"]
@@ -406,7 +410,7 @@ class SampleBuffer:
         return Samples(
             time=buffer.time[:count].copy(),
             position=self._inputs.positions(buffer.position[:count]),
-            velocity=self._inputs.outwards(buffer.velocity[:count]),
+            velocity=self._inputs.motion(buffer.velocity[:count]),
             work=buffer.ledger[:count, 0].copy(),
             dissipated=buffer.ledger[:count, 1].copy(),
             error=buffer.error[:count].copy(),

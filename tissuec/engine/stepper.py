@@ -8,6 +8,7 @@ the more often pairs are listed. Results are the same for any distance.
 """
 
 import time as clock
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -95,8 +96,8 @@ class Stepper:
         if integrator.implicit and self.inputs.left_out:
             self._place_bristles(None)
             before = self.work
-        places = len(self.inputs.layout.order)
-        work = new_work(integrator, self.network, self.inputs.team.record, places)
+        team = self.inputs.team.record
+        work = new_work(integrator, self.network, team, self.inputs.layout)
         method = self.method
         if isinstance(method.choices, PropagationChoices):
             work.choices[:] = method.choices.row()
@@ -164,7 +165,7 @@ class Stepper:
         now, work = self.progress, self.work
         state.time = now.time
         state.position[:] = self.inputs.positions(work.x[now.current])
-        state.velocity[:] = self.inputs.outwards(work.v[now.current])
+        state.velocity[:] = self.inputs.motion(work.v[now.current])
         state.keep_rest()
 
     def update(self, **changes: Any) -> None:
@@ -300,18 +301,32 @@ class Stepper:
 
     def _place_bristles(self, rows: Indices | None) -> None:
         """Give places to some bristles only; None for all."""
+        self._replace(lambda: self.inputs.keep(rows))
+
+    def park(self, state: State) -> None:
+        """Give places to nodes that are not parked in a state, which ``load`` takes next."""
+        if not self.inputs.parks(state):
+            return
+        if hasattr(self, "work"):
+            self._replace(lambda: self.inputs.park(state))
+        else:
+            self.inputs.park(state)
+            self.buffer.fit()
+
+    def _replace(self, change: Callable[[], None]) -> None:
+        """Change the places of nodes and rows between two steps."""
         inputs, now, work = self.inputs, self.progress.current, self.work
         self.progress = self.buffer.set_aside(self.progress)
         places = {
             "x": inputs.positions(work.x[now]),
-            "v": inputs.outwards(work.v[now]),
-            "a": inputs.outwards(work.a[now]),
+            "v": inputs.motion(work.v[now]),
+            "a": inputs.motion(work.a[now]),
             "origin": inputs.positions(work.origin),
-            "drift": inputs.outwards(work.drift),
+            "drift": inputs.motion(work.drift),
         }
-        inputs.keep(rows)
+        change()
         moved = {name: inputs.inwards(vectors) for name, vectors in places.items()}
-        self.work = moved_work(work, self.network, len(inputs.layout.order), **moved)
+        self.work = moved_work(work, self.network, inputs.layout, **moved)
         self.buffer.fit()
 
     def _straighten(self, touches: ContactTable) -> None:
@@ -381,12 +396,13 @@ class Stepper:
         self.update(leeway=leeway)
         if leeway == np.inf:
             return
-        velocity = inputs.outwards(work.v[now.current])
+        velocity = inputs.motion(work.v[now.current])
         drift = np.zeros_like(velocity)
         for body in self.network.bodies:
             drift[body.nodes] = velocity[body.nodes].mean(axis=0)
         work.drift[:] = inputs.inwards(drift)
-        speed = float(norm(velocity - drift)[: work.moving.size].max(initial=0.0))
+        bodies = self.network.body_nodes
+        speed = float(norm(velocity - drift)[:bodies].max(initial=0.0))
         self.update(speed_now=speed)
 
     # --- samples ------------------------------------------------------------------------------

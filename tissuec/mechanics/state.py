@@ -600,6 +600,15 @@ class State(Struct, eq=False):
         return next(iter(self.of_kind(EMBEDDING)), None)
 
     @property
+    def parked(self) -> tuple[Indices, Indices]:
+        """Return nodes that no cut has used yet, and their hosts, shape (n,) each."""
+        embedding = self.embedding
+        if embedding is None or self.shares is None:
+            return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+        own = (embedding.counts == 1) & (self.shares[embedding.nodes] == 0.0)
+        return embedding.nodes[own], embedding.hosts[embedding.first[:-1][own]]
+
+    @property
     def coupling(self) -> "EmbeddedNodes | None":
         """The embedded nodes that anything acts on: no reserve that no cut has used yet."""
         embedding = self.embedding
