@@ -22,9 +22,10 @@ SAMPLES = {
     "scissors": "kind is scissors",
     "clamp": "kind is clamp; shaft = (1, 0, 1)",
     "needle": "kind is needle; size = 3 mm",
+    "scalpel": "kind is scalpel; edge from (5, -5, 20) mm to (5, 25, 20) mm",
     "nozzle": "kind is nozzle; diameter = 2 mm; tip = (9, 9, 20) mm; direction = (0, 0, -1)",
 }
-NO_CONTACT = ("scissors", "clamp", "needle", "nozzle")
+NO_CONTACT = ("scissors", "clamp", "needle", "nozzle", "scalpel")
 SHAPED = [name for name in SAMPLES if name not in NO_CONTACT]
 SCENE = """language 1
 tissue flesh {{ spring constant = 200 N/m; viscosity = 0.2 N*s/m; mass = 0.2 g }}

@@ -30,6 +30,7 @@ from tissuec.forces.enclosed.pressure import SurfacePressure, traced_triangle
 from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.pooled_fields import PooledField
 from tissuec.forces.potential_fields import PotentialField
+from tissuec.forces.solids.ties import SofteningTies, Ties
 from tissuec.geometry.nearest import TRIANGLE
 from tissuec.kernels.records import Floats
 from tissuec.mechanics.state import State
@@ -88,6 +89,26 @@ def curved():
     return Example(field, drawn + 5e-4 * noise, 0.005)
 
 
+def tied(kind=Ties, **more):
+    """Return an example of ties at points between four nodes on each side."""
+    chance, none = np.random.default_rng(7), np.zeros(0, dtype=np.int64)
+    sides = [sign * chance.dirichlet(np.ones(4), 5) for sign in (1.0, -1.0)]
+    found = kind(
+        walls=none, walled=none, name="block", span=Span(Source("", ""), 0, 0),
+        nodes=np.array([chance.permutation(16)[:8] for _ in range(5)]),
+        weights=np.concatenate(sides, axis=1), stiffness=chance.uniform(20.0, 40.0, 5),
+        damping=np.zeros(5), **more,
+    )  # fmt: skip
+    return Example(found, chance.uniform(size=(16, 3)), 1.0)
+
+
+def torn():
+    return tied(
+        SofteningTies, first=np.full(5, 0.1), last=np.full(5, 2.0),
+        fronts=np.zeros(5, dtype=np.int64), softens=np.zeros(5, dtype=bool),
+    )  # fmt: skip
+
+
 def touching():
     points = np.random.default_rng(3).uniform(size=(12, 3))
     faces = np.array([[9, 10, 11]])
@@ -142,6 +163,8 @@ NODAL = {
 POTENTIALS = {
     "curved": curved,
     "foundation": lambda: on_some("foundation", 30.0, 0.4),
+    "tied": tied,
+    "torn": torn,
 }
 FIELDS = {
     "enclosed": enclosed,

@@ -90,7 +90,8 @@ def test_a_toughness_counts_alone_or_where_the_body_breaks_by_it():
     def limits(limit, rupture):
         text = scene(limit).source.text.replace("rupture is allowed", rupture)
         (field,) = compile_request(Request(Source("x.tis", text)))[0].network.elements
-        return [one[0] for one in field.limits[:3]]
+        known = field.limits
+        return [one[0] for one in (known.strain, known.stress, known.toughness)]
 
     by_toughness = limits(alone, "rupture is allowed")
     assert np.isinf(by_toughness[:2]).all() and np.isfinite(by_toughness[2])

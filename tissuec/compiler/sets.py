@@ -116,12 +116,13 @@ class Groups:
 
     @cached_property
     def position(self) -> Floats:
-        """Return the places of the nodes of all bodies [m], shape (node, 3)."""
-        found = [np.zeros((0, 3))]
-        for placed in self.bodies.values():
-            drawn = placed.drawing.mesh.position
-            found += [drawn] * (placed.size // max(len(drawn), 1))
-        return np.concatenate(found)
+        """Return the places of the nodes of all bodies [m], shape (node, 3).
+
+        Those in reserve are at drawn places, one after the other.
+        """
+        bodies = self.bodies.values()
+        found = (np.resize(one.drawing.mesh.position, (one.size, 3)) for one in bodies)
+        return np.concatenate([np.zeros((0, 3)), *found])
 
     def has_elements(self, nodes: Indices) -> bool:
         """Return whether any of some nodes belongs to a body that consists of elements.

@@ -35,7 +35,6 @@ from tissuec.kernels.records import (
     Solver,
 )
 from tissuec.mechanics.state import State
-from tissuec.model.blocks import EMBEDDING
 from tissuec.model.network import (
     ELEMENTS,
     FRICTION,
@@ -365,10 +364,9 @@ class KernelInputs:
 
     def fields(self) -> Fields:
         """Return the forces on nodes other than springs, around the positions ``around``."""
-        fields = self.state.named_fields
-        if EMBEDDING in fields:
-            fields[EMBEDDING] = self._embedding
-        groups = [group for field in fields.values() for group in self._passes(field)]
+        embedded = self.state.embedding
+        fields = (self._embedding if one is embedded else one for one in self.state.fields)
+        groups = [group for field in fields for group in self._passes(field)]
         found = [(kernel, RecordTable(table)) for group in groups for kernel, table in group]
         places = [kernel_address(kernel, table) for kernel, table in found]
         tables = [table.address for _, table in found]

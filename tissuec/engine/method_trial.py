@@ -21,6 +21,7 @@ from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.unknowns import SolvingCost
 from tissuec.kernels.records import Progress
 from tissuec.mechanics.state import State
+from tissuec.model.network import FRICTION
 
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
 GLANCE = 12  # force evaluations after which a trial is checked
@@ -181,8 +182,14 @@ def evaluation_time(state: State, springs: int) -> float:
     Args:
         springs: That act.
     """
-    beside = sum(field.seconds for field in state.fields)
-    return CALL + SPRING * springs + NODE * state.network.row_count + beside
+    embedding, coupling = state.embedding, state.coupling
+    beside = sum(field.seconds for field in state.fields if field is not embedding)
+    beside += 0.0 if coupling is None else coupling.seconds
+    network, contact = state.network, state.contact
+    rows = network.row_count - len(state.parked[0])
+    if contact is not None:  # what is in reserve for cuts has no place
+        rows += len(contact.memory) - len(network.remembering(FRICTION))
+    return CALL + SPRING * springs + NODE * rows + beside
 
 
 def cost_of(effort: np.ndarray, evaluation: float, solving: SolvingCost) -> float:

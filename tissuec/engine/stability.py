@@ -102,8 +102,8 @@ def sums_at_nodes(state: State) -> SumsAtNodes:
         if not each.any():
             return np.zeros(count)
         both = np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count)
-        if state.embedding is not None:
-            both = state.embedding.shared(both)
+        if state.coupling is not None:
+            both = state.coupling.shared(both)
         return np.where(state.free, both / state.divisor, 0.0)
 
     return SumsAtNodes(
@@ -145,7 +145,7 @@ def _largest(parts: Sequence[Resisting], state: State) -> float:
         state: Of the masses; embedded nodes follow their hosts.
     """
     root = np.where(state.free, 1.0 / np.sqrt(state.divisor), 0.0)[:, None]
-    count, embedding = len(root), state.embedding
+    count, embedding = len(root), state.coupling
     z = irregular(3 * count).reshape(count, 3)
     z *= root > 0.0
     last, size, value = np.zeros_like(z), sqrt(_inner(z, z)), 0.0

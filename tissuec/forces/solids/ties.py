@@ -106,6 +106,14 @@ class Ties(PotentialField, frozen=True):
         """Return whether any point is damped."""
         return bool(self.damping.any())
 
+    def touched(self, position: Floats) -> NDArray[np.bool_]:
+        """Return no node, shape (node,): weights of both sides add up to nothing.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
+        return np.zeros(len(position), dtype=bool)
+
     @property
     def joined_pairs(self) -> Indices:
         """Return a node of the part in front and one of the part behind, shape (point, 2)."""

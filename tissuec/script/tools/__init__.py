@@ -120,8 +120,7 @@ KINDS_OF: Mapping[str, tuple[str, ...]] = {
         ("forceps",),
     ),
     **dict.fromkeys(("needle holder", "needle driver"), ("needle", "forceps")),
-    "shears": ("scissors",),
-    **dict.fromkeys(("knife", "blade", "cutter", "lancet", "saw"), ("scalpel", "scissors")),
+    **dict.fromkeys(("knife", "blade", "shears", "cutter", "lancet", "saw"), ("scissors",)),
     **dict.fromkeys(("retractor", "spatula", "lever", "elevator"), ("hook", "probe")),
     **dict.fromkeys(
         ("rod", "ball", "sphere", "stick", "finger", "indenter", "palpator", "trocar"),
