@@ -118,7 +118,7 @@ class Groups:
     def position(self) -> Floats:
         """Return the places of the nodes of all bodies [m], shape (node, 3).
 
-        Those in reserve are at drawn places, one after the other.
+        Nodes in reserve get the drawn places in turn.
         """
         bodies = self.bodies.values()
         found = (np.resize(one.drawing.mesh.position, (one.size, 3)) for one in bodies)

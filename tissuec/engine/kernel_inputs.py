@@ -141,7 +141,7 @@ class KernelInputs:
         self._place_nodes()
 
     def parks(self, state: State) -> bool:
-        """Return whether other nodes of a state are parked than those without a place."""
+        """Return whether the parked nodes of a state differ from those without places."""
         parked, hosts = state.parked
         same = np.array_equal(parked, self._parked) and np.array_equal(hosts, self._hosts)
         return not same

@@ -35,7 +35,7 @@ class Layout(Struct, frozen=True, eq=False):
         place: The place of each node, followed by those of rows of internal variables, -1 of
             those that are left out, shape (node + row,).
         nodes: How many of these are nodes.
-        bodies: How many nodes of bodies have places, which are the first ones.
+        bodies: How many nodes of bodies have places; they come first.
         parked: Nodes without a place, each of which moves with another one, shape (n,).
         hosts: The node that each of them moves with, shape (n,).
         keeps_order: Whether nodes are where they are in the network.
@@ -138,7 +138,8 @@ def layout_of(network: Network, threads: int) -> Layout:
     """
     bodies, nodes, count = network.body_nodes, network.node_count, network.row_count
     order, runs = order_nodes(network.position[:bodies], network.line_ends)
-    # What is in reserve follows other nodes, so that these keep their places without it.
+    # Of bodies, nodes in reserve come last, so that others keep their places when these have
+    # none.
     for part in network.phantoms:
         reserve = np.append(numbers_in(part.nodes), numbers_in(part.riders))
         order = np.append(order[~np.isin(order, reserve)], reserve)

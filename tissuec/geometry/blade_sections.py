@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tissuec.geometry.edges import Floats, Indices
 
-LEAST_LEFT = 1e-9  # of a triangle or a line: what is left of it by rounding
+LEAST_LEFT = 1e-9  # of a triangle or a line: smaller rests are rounding
 
 
 class MetEdges(Struct, frozen=True, eq=False):
@@ -163,7 +163,7 @@ def shares_of_polygons(plain: Floats, limited: tuple[bool, bool]) -> Floats:
 
 
 def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Indices, Floats]:
-    """Return what of triangles, or of lines, is not within a blade, but for rounding.
+    """Return the parts of triangles, or of lines, that are outside a blade, to rounding.
 
     Args:
         plain: p and q of corners, shape (triangle, 3, 2) or (line, 2, 2).
@@ -192,7 +192,7 @@ def beyond(plain: Floats, limited: tuple[bool, bool], reach: float) -> tuple[Ind
 
 
 def inside_boxes(plain: Floats, low: Floats, high: Floats) -> tuple[Indices, Floats]:
-    """Return what of triangles is within a range of p and q each; see ``beyond``.
+    """Return the parts of triangles within ranges of p and q; see ``beyond``.
 
     Args:
         plain: p and q of corners, shape (triangle, 3, 2).

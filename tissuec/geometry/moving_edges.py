@@ -29,7 +29,7 @@ class EdgePlane(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, edge: Floats, ahead: Floats, before: Floats) -> "EdgePlane":
-        """Return the plane of an edge, whose front is on the side of that of one before.
+        """Return the plane of an edge, facing as the plane before it did.
 
         Args:
             edge: Its ends [m], shape (2, 3).
@@ -115,7 +115,7 @@ class Stations(Struct, frozen=True, eq=False):
         return (np.arange(self.count) + 0.5) / self.count
 
     def first_matter(self, start: Floats) -> Floats:
-        """Return the least q from a start on where there is a triangle [m], shape (station,).
+        """Return the least q ≥ start at which there is a triangle [m], shape (station,).
 
         It is infinite where there is none.
 
@@ -143,7 +143,7 @@ class Stations(Struct, frozen=True, eq=False):
         return found
 
     def windows(self, front: Floats, length: float) -> tuple[Indices, Indices, Floats, Floats]:
-        """Return what of triangles lies in windows at a front, one for each station.
+        """Return the parts of triangles in windows at a front, one window for each station.
 
         Args:
             front: q at which the windows begin, shape (station,).

@@ -1,10 +1,11 @@
 """Contact of solids that blades have divided: their parts, and faces of cuts, are touched.
 
-What touches follows from contact as drawn each time: triangles of elements that are there stay;
-each part of a triangle has points of its own, with the pressure by depth, friction and partners
-of the triangle; and so have faces of cuts, with those of a triangle of their body, and the
-stiffness E*/h of their own element, with h³ its volume. Points are as dense as on whole
-triangles. Triangles of the outer surface, but not faces of cuts, press on points of others.
+After each cut, contact is derived anew from contact as drawn. Triangles of elements that exist
+stay. Each part of a triangle has points of its own, with the pressure by depth, friction and
+partners of the triangle; faces of cuts have points, too, with those of a triangle of their
+body, and the stiffness E*/h of their own element, with h³ its volume. Points are as dense as on
+whole triangles. Triangles of the outer surface, but not faces of cuts, press on points of
+others.
 
 Where a part is thin, its nodes have little mass for their area. So that they need no shorter
 steps, the pressure by depth is multiplied by min(1, ``THIN`` f/g), where f is the share of the
@@ -42,7 +43,7 @@ def contact_on_parts(state: "State", parts: PartTriangles) -> Contact:
     """Return the contact of a state after cuts.
 
     Args:
-        parts: What bounds the parts of its solids.
+        parts: Triangles that bound the parts of its solids.
 
     Raises:
         NotDivisible: There are more points than friction has room for.
@@ -266,7 +267,7 @@ def _bristles(drawn: Contact, network: Network, count: int) -> Indices:
 
 
 def _apart(drawn: Contact, group: Indices, owner: Indices) -> Meetings:
-    """Return which groups meet, with points on parts, which do not meet their own body.
+    """Return which groups meet, with those of points on parts, which spare their own body.
 
     Args:
         group: Of the points that those on parts are like, shape (n,).

@@ -1,4 +1,4 @@
-"""What acts on surfaces and in elements of solids, after blades have divided these."""
+"""Effects on surfaces and in elements of solids that blades have divided."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What parts of elements are as fields: what differs between solids and walls."""
+"""Fields of parts of elements: what differs between solids and walls."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -94,7 +94,7 @@ def put_bending(state: "State", name: str, parts: CellParts, entities: Indices) 
 
     Args:
         name: Of the wall.
-        parts: All that there is of its triangles.
+        parts: Its triangles and parts that exist.
         entities: Their numbers, shape (part,).
     """
     drawn = (each for each in state.network.of_kind("plates") if each.name == name)

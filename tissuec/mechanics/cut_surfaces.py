@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
 
-#: How far the middle of a part of a triangle may be from that, relative to its size: by the
-#: warp of a face of four corners.
+#: Largest distance of the middle of a part from its triangle, over the size of the triangle:
+#: faces of four corners are warped.
 NEAR = 0.2
 
 

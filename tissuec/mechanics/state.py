@@ -106,7 +106,7 @@ class State(Struct, eq=False):
         mass: Masses [kg], shape (node,).
         blades: Ways of blades that close through elements, by sentence and time.
         cut_bodies: Bodies that blades have divided, ``cut_body.CutBody`` by their names.
-        tears: What of solids has torn, ``tearing.Tears`` by their names.
+        tears: Tears of solids, ``tearing.Tears`` by their names.
         tied: Sections of cuts that are tied, ``tying.TiedSections`` by the names of bodies.
         shares: Of what the drawn node has, mass and drag, that each of its copies has, shape
             (node,); None without phantoms, which have none before a cut.

@@ -2,8 +2,8 @@
 
 An element whose stress reaches its strength is divided across its largest principal stretch,
 and its faces are tied; their traction falls as they open (``forces.solids.ties``). The surface
-is one height for each node, which is given once: an element that shares a face with the surface
-keeps the heights of the nodes of that face, and its other nodes get
+is given by one height at each node, which never changes: an element that shares a face with the
+surface keeps the heights of the nodes of that face, and its other nodes get
 
     n · (X - p),
 
@@ -36,17 +36,18 @@ if TYPE_CHECKING:
 
 Bools = NDArray[np.bool_]
 AHEAD, REACH, AROUND = 0.5, 2.5, 1.5
-#: Of the strength of an element with toughness, what it bears where no surface enters it.
+#: Factor of the strength at which an element with toughness tears if no surface enters it.
 ALONE = 2.0
 BESIDE = 1.2  # of the size of an element: sections this near to one that softens do so, too
 LEAST_HEIGHT = 0.03  # of new nodes, over the size of the element
-#: Where a tear has begun, others begin above this part more than what elements bear then.
+#: Once a tear has begun, others begin only at this factor of the loads that elements bear
+#: then.
 FURTHER = 1.05
 TOGETHER = 1e-3  # of a limit: elements this near to it tear with the one that tears
 
 
 class Tears(Struct, frozen=True, eq=False):
-    """What of a body has torn; cells are those of the body as drawn, shape by shape.
+    """The tears of a body; cells are those of the body as drawn, shape by shape.
 
     Attributes:
         torn: Cells that the surface goes through, shape (cell,) each.
@@ -60,7 +61,7 @@ class Tears(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, state: "State", name: str) -> "Tears":
-        """Return what of a body has torn."""
+        """Return the tears of a body."""
         known = state.tears.get(name)
         if known is not None:
             return known
@@ -90,7 +91,7 @@ def tear(state: "State", name: str, broken: Indices) -> Torn:
 
 
 def _open(state: "State", name: str, broken: Indices) -> Torn:
-    """Let sections soften, or be free if they do already."""
+    """Let sections begin to soften, and free those that already did."""
     tied = state.tied.get(name)
     none = np.zeros(0, dtype=np.int64)
     if tied is None or not len(tied):
@@ -110,7 +111,7 @@ def _open(state: "State", name: str, broken: Indices) -> Torn:
 
 
 def _softened(tied: TiedSections, body: CutBody, drawn: Floats) -> TiedSections:
-    """Return sections of which those beside softening ones count as softening, too."""
+    """Return the sections, those beside softening ones now softening, too."""
     from scipy.spatial import cKDTree
 
     if not tied.softens.any() or tied.softens.all():
@@ -122,7 +123,7 @@ def _softened(tied: TiedSections, body: CutBody, drawn: Floats) -> TiedSections:
 
 
 def _drawn_entities(state: "State", name: str, body: CutBody, parts: Indices) -> Indices:
-    """Return the elements as drawn that parts are of, ascending, shape (n,)."""
+    """Return the drawn elements of some parts, ascending, shape (n,)."""
     found = [np.zeros(0, dtype=np.int64)]
     for field, own, entities in zip(
         state.network.elements_of(name), body.parts, body.entities, strict=True
@@ -194,7 +195,7 @@ class TearFront:
     # --- where it continues -------------------------------------------------------------------
 
     def _faces(self) -> tuple[Bools, Floats]:
-        """Return which whole elements the surface enters by a face, and where.
+        """Return which whole elements the surface enters through a face, and where.
 
         Returns:
             Shape (part,), and the mean of the points in which it meets edges of the faces, as
@@ -239,9 +240,9 @@ class TearFront:
         return np.concatenate(found)
 
     def ahead(self) -> tuple[Bools, Floats]:
-        """Return which elements tear at ``AHEAD`` of their strength, and where, as ``_faces``.
+        """Return which elements tear at ``AHEAD`` times their strength, and where.
 
-        The shapes are (part,), and (part, 3) [m].
+        The shapes are (part,), and (part, 3) [m], as those of ``_faces``.
         """
         from scipy.spatial import cKDTree
 
@@ -292,7 +293,7 @@ class TearFront:
         return np.where(enters, 1.0, factor)
 
     def _raise(self) -> None:
-        """Let other tears begin above what elements bear now alone."""
+        """Let other tears begin only above the loads that elements bear now."""
         first, every = 0, list[Floats]()
         for parts, known in zip(self.body.parts, self.tears.factor, strict=True):
             own = self.is_whole[first : first + len(parts)]
@@ -379,10 +380,10 @@ class TearFront:
 
 
 def set_limits(state: "State", name: str) -> None:
-    """Let elements that a surface enters tear at what ``TearFront.ahead`` says.
+    """Set the limits of elements, lower where a tear is about to enter (``TearFront.ahead``).
 
     Args:
-        name: Of a body that cuts or tears divide; nothing happens if it does not tear itself.
+        name: Of the body; one without limits is left as it is.
     """
     if all(each.limits is None for each in state.network.elements_of(name)):
         return

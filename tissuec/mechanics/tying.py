@@ -1,4 +1,4 @@
-"""Sections of cuts that are tied: what of them lies ahead of the blade.
+"""Tied sections of cuts: the parts of sections ahead of the blade.
 
 The stiffness per area of a tie is that of ``STIFF`` layers of tissue as thick as the element,
 with h = V/A of its volume and its section, in series where it joins two elements:
@@ -6,9 +6,9 @@ with h = V/A of its volume and its section, in series where it joins two element
     k = 2 STIFF / (h₁/E₁ + h₂/E₂).
 
 A tie with k h/E of 1 to 10 gives the opening of a slit, and the energy that it releases, in
-elements of any orientation; 3 takes a third of the stable step. Incompressible tissue, whose
-step is that of its bulk modulus, takes 10. (Measured for this program. Cohesive segments: J. J.
-C. Remmers, R. de Borst, A. Needleman, Comput. Mech. 31:69, 2003.)
+elements of any orientation; 3 costs a third of the stable step. Nearly incompressible tissue,
+whose step depends on its bulk modulus, can have 10. (Measured for this program. Cohesive
+segments: J. J. C. Remmers, R. de Borst, A. Needleman, Comput. Mech. 31:69, 2003.)
 """
 
 from collections.abc import Sequence
@@ -169,7 +169,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         return found
 
     def weights(self, body: CutBody, shares: Floats) -> Floats:
-        """Return what nodes weigh at points of triangles, shape (triangle, 2, point, node).
+        """Return the weights of nodes at points of triangles, shape (triangle, 2, point, node).
 
         Args:
             shares: Of corners of triangles at each point, dimensionless, shape
@@ -224,7 +224,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         return here, order[at]
 
     def existing(self, body: CutBody) -> Self:
-        """Return those of which both parts exist."""
+        """Return the triangles both of whose parts exist."""
         return self.some(np.isin(self.entities, np.concatenate(body.entities)).all(axis=1))
 
     def after(
@@ -234,7 +234,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         entities: list[Indices],
         heights: Floats,
     ) -> Self:
-        """Return the triangles on the parts of another cut: those where their middles are.
+        """Return the triangles, each on the parts of another cut where its middle is.
 
         Args:
             before: Elements before the cut.

@@ -135,7 +135,7 @@ class CutCells(Struct, frozen=True, eq=False):
         return cls(nodes, points, none, none, corners, none, triangles, none, none.astype(bool))
 
     def wholes_of(self, parts: Indices) -> Indices:
-        """Return the elements of the network that parts are of, entities, shape (n,)."""
+        """Return the whole element of each part, an entity, shape (n,)."""
         order = np.argsort(self.parts)
         return self.wholes[order[np.searchsorted(self.parts, parts, sorter=order)]]
 

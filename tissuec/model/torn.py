@@ -1,4 +1,4 @@
-"""What a tear has parted."""
+"""Elements and faces that tears have parted."""
 
 from typing import NamedTuple
 
@@ -6,13 +6,13 @@ from tissuec.model.network import Indices
 
 
 class Torn(NamedTuple):
-    """What has torn of a body.
+    """What tore in a body at one time.
 
     Attributes:
-        elements: As drawn, entities, through which faces are free from now on, shape (n,).
-        edges: Of elements that they were the last to have, shape (m,).
+        elements: As drawn, entities, with faces that are free from now on, shape (n,).
+        edges: Edges that no element has any longer, shape (m,).
         area: Of faces that were tied before, as drawn [m²].
-        energy: That they have taken [J].
+        energy: Taken by these faces [J].
     """
 
     elements: Indices

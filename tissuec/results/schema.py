@@ -180,17 +180,17 @@ SKIN_ELEMENTS = GroupSpec(
 )
 PHANTOMS = GroupSpec(
     "/tissuec/network/phantoms",
-    "phantom nodes of solids that the script cuts, which follow those of the bodies, and "
-    "numbers for the parts of their elements, which follow those of the elements",
+    "phantom nodes of bodies of elements that are cut or can tear, which follow those of the "
+    "bodies, and numbers for the parts of their elements, which follow those of the elements",
     {
         "body": _texts("body", "name of each body"),
         "nodes": _integers("body 2", f"first phantom node {_ENDS} of each body"),
         "elements": _integers("body 2", f"first number of parts {_ENDS} of each body"),
         "parents": _array("phantom", "the node that each phantom node is a copy of", kind="i4"),
-        "riders": _integers("body 2", f"first node {_ENDS} of each body that rides on parts"),
+        "riders": _integers("body 2", f"first riding node {_ENDS} of each body"),
     },
     packed="large",
-    when="scenes that cut solids of elements",
+    when="scenes that cut bodies of elements, or in which solids can tear",
 )
 EDGES = GroupSpec(
     "/tissuec/network/edges",

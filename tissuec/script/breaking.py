@@ -16,7 +16,7 @@ class Broken(NamedTuple):
     Attributes:
         entities: Springs and elements that have parted, ascending, shape (n,).
         edges: Edges that are lost with them, ascending, shape (m,).
-        torn: What faces have parted, by names of bodies.
+        torn: What tore by faces, by names of bodies.
     """
 
     entities: Indices

@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
-#: Of the section of a cell, what a blade has to cover, and of its edge, how far it has to be
-#: beyond where a section begins: above rounding.
+#: Least share of a section that a blade must cover, and by which it must have passed its
+#: beginning on the edge: above rounding.
 LEAST_SHARE = 1e-9
 #: Of the size of an element: how far a blade may be from a tied section that it continues.
 CONTINUED = 0.1
@@ -56,7 +56,7 @@ MOST_STEPS = 4096
 
 
 class WallLines(Struct, frozen=True, eq=False):
-    """What is particular to the sections of walls.
+    """Properties of sections that only walls have.
 
     Attributes:
         ends: Numbers of the ends of lines, equal ones in equal places, shape (line, 2).
@@ -90,7 +90,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         heights: Of all nodes above the blade at its beginning [m], shape (node,).
         plain: p and q of all nodes at its beginning, shape (node, 2).
         entities: Elements that it divides, shape (n,).
-        begin, end: Between which shares of its edge each is, shape (n,).
+        begin, end: Shares of its edge between which each lies, shape (n,).
         sections: p and q of the corners of triangles of all sections, shape (triangle, 3, 2),
             or of lines, shape (line, 2, 2).
         areas: Of these, as drawn [m²], shape (triangle,).
@@ -167,7 +167,7 @@ class BladeWay(Struct, frozen=True, eq=False):
 
     @property
     def surface(self) -> CutSurface:
-        """Return what of the sections is within the blade, triangle by triangle."""
+        """Return the part of the sections within the blade, triangle by triangle."""
         limited = self.blade.limited
         areas, resistance = self.areas, self.resistance
         if (own := self.lines) is not None:
@@ -190,7 +190,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         return float(areas.sum()), float((areas * self.resistance).sum())
 
     def until(self, state: "State", share: float) -> Division | None:
-        """Return the division of what exists now, up to a share of its edge.
+        """Return the division of the elements that exist now, up to a share of its edge.
 
         Raises:
             NotDivisible: The reserve of the body is exhausted.
@@ -202,9 +202,9 @@ class BladeWay(Struct, frozen=True, eq=False):
     def divide(
         self, state: "State", division: Division | None, share: float
     ) -> "tuple[BladeWay, Indices]":
-        """Divide elements and part sections; return the rest of the way, and what is lost.
+        """Divide elements and part sections; return the rest of the way, and lost entities.
 
-        What is lost has the shape (n,).
+        The entities have the shape (n,).
         """
         way, lost = self, np.zeros(0, dtype=np.int64)
         tied = state.tied.get(self.body)
@@ -220,7 +220,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         return replace(way, reached=share), lost
 
     def parting(self, tied: TiedSections, body: CutBody, share: float) -> TiedSections:
-        """Return what of tied sections the blade leaves tied up to a share of its edge."""
+        """Return the sections still tied when the blade has come to a share of its edge."""
         away = np.abs(tied.linear(body, self.heights)).max(axis=(1, 2))
         own = np.flatnonzero(away < ON_SURFACE * tied.size)
         if not len(own):
@@ -383,7 +383,7 @@ class ElementCut(Struct, frozen=True, eq=False):
         return (begin_closing(self, self.profile, way.steps, surface, state, queue),)
 
     def until(self, state: "State", share: float) -> tuple[LoggedEvent, ...]:
-        """Divide what there is up to a share of the edge.
+        """Divide elements up to a share of the edge.
 
         Raises:
             ActionFailed: The reserve of the body is exhausted.
@@ -414,5 +414,5 @@ class ElementCut(Struct, frozen=True, eq=False):
         event = cut_event(self.span, lost, area, energy)
         if division is None or state.contact is None or not is_first:
             return rest, (event,)
-        note = f"{sentence(self.span)}: both sides of cuts do not touch each other"
+        note = f"{sentence(self.span)}: the two sides of a cut do not touch each other"
         return rest, (event, LoggedEvent("note", (), note, self.span))

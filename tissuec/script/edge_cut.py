@@ -2,12 +2,12 @@
 
 The edge cuts along the surface that it would sweep through the tissue as it lies there, plane
 within each cell and continued from cell to cell: a height at each node that is given once.
-Cells are divided when the edge touches them, and their sections are tied (``mechanics.tying``).
-In the surface, places have coordinates p along the edge, from 0 to 1, and q, how far they are
-ahead of it. What has been cut ends at the *front*, which lags behind the edge where the tissue
-resists; there are the anchors of the pieces of the edge. Every quarter of a cell that the edge
-has moved on, the front is advanced to where the tissue bears the force of the edge, and the
-ties behind it are removed.
+Cells are divided before the next step of the edge reaches them, and their sections are tied
+(``mechanics.tying``). In the surface, places have coordinates p along the edge, from 0 to 1,
+and q, how far they are ahead of it. The cut ends at the *front*, which lags behind the edge
+where the tissue resists; the anchors of the pieces of the edge are just ahead of it. Each time
+the edge has moved by a quarter of a cell, the front advances to where the tissue bears the
+force of the edge, and the ties behind it are removed.
 """
 
 from typing import TYPE_CHECKING
@@ -51,10 +51,12 @@ Bools = NDArray[np.bool_]
 #: the edge is ahead of its anchors when the tissue gives way, and the length of the windows at
 #: the front whose tissue carries these.
 STEP, LAG, WINDOW = 0.25, 0.25, 0.25
-STATIONS = 4  # for each such size of the edge: intervals of it with an anchor each
-LEAST, SLIVER = 1e-9, 1e-12  # of that size, and of its square: ways and areas of no account
+STATIONS = 4  # for each such size of the edge: stations, each with an anchor
+#: Of that size, and of its square: smaller ways and areas do not count.
+LEAST, SLIVER = 1e-9, 1e-12
 CREEP = 0.1  # of that size: how far strains of the windows may have displaced a front
-LOOKS, MOST = 64, 16  # times at which a motion is examined; advances at least in an interval
+#: Times at which a motion is examined; least number of advances in an interval.
+LOOKS, MOST = 64, 16
 
 
 class EdgeWay(Struct, frozen=True, eq=False):
@@ -64,8 +66,8 @@ class EdgeWay(Struct, frozen=True, eq=False):
         edge: Ends of it at the last advance [m], shape (2, 3).
         heights: Of nodes above the surface [m]; NaN where it has none yet, shape (node,).
         direction: In which the edge cuts, a unit vector; zero before it has moved, shape (3,).
-        normal: Of the plane in which it does, alike.
-        area: That has been cut, as drawn [m²].
+        normal: Of the plane in which it cuts, likewise.
+        area: Cut so far, as drawn [m²].
     """
 
     edge: Floats
@@ -196,7 +198,7 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
         return tuple(events)
 
     def _advanced(self, state: "State", way: EdgeWay, edge: Floats) -> tuple[EdgeWay, Indices]:
-        """Return the way with an advanced front, and what is lost; the state is changed."""
+        """Advance the front in the state; return the way, and lost entities."""
         along = (edge[1] - edge[0]) / np.linalg.norm(edge[1] - edge[0])
         moved = (edge - way.edge).mean(axis=0)
         moved = moved - (moved @ along) * along
@@ -366,13 +368,13 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
         state.put(FieldBlock(self.cut.key, KIND, field, self.span))
 
     def _let_go(self, state: "State") -> None:
-        """Let the edge push no tissue."""
+        """Remove the force of the edge."""
         if (block := state.blocks.get(self.cut.key)) is not None:
             state.remove(block)
 
 
 def _stations(field: CuttingEdge, count: int) -> Indices:
-    """Return the station of each piece, shape (piece,), of so many."""
+    """Return the station, among a number of stations, of each piece, shape (piece,)."""
     p = field.weights[field.first[1:] - 1]
     return np.floor(p * count).astype(np.int64)
 

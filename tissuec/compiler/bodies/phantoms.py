@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 #: makes two parts there, or three where one side is in two pieces.
 MOST = 3
 _PARTS = 2  # of a cell that a blade divides
-#: Riders for each element that the worst plane crosses; blades at random need up to 8.3 in
+#: Riders for each element that the worst plane crosses; random blades need up to 8.3 in
 #: hexahedra.
 _RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0, "triangle": 4.0}
-FEW = 60  # more, of bodies of few elements, which share few points
+FEW = 60  # in addition: parts of small bodies share few points
 #: Planes by which the largest section of a body is estimated: along faces, edges and corners
 #: of a cube.
 _NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)], dtype=float)
@@ -54,7 +54,8 @@ def _cut_names(items: Iterable[s.Item]) -> Iterable[str]:
 def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
     """Return the reserve that a body needs for a number of cuts, at least one.
 
-    Quadratic hexahedra, and elements that can be lost, are removed where they are cut.
+    Quadratic hexahedra, and elements that can break other than by faces, are removed where they
+    are cut.
     """
     fields, tears = body.elements, body.body.tears_by_faces
     breaks = any(one.limits is not None for one in fields) and not tears

@@ -321,11 +321,13 @@ def broken_elements(
 
 
 def torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[LoggedEvent]:
-    """Yield an event for all elements of a body that have parted; see ``broken_elements``.
+    """Yield one event for all elements of a body whose faces have opened.
+
+    Without such faces, the events are those of ``broken_elements``.
 
     Args:
         position: Of all nodes [m], shape (node, 3).
-        torn: What has torn of it.
+        torn: What tore in it.
     """
     if not torn.area:
         yield from broken_elements(network, position, torn.elements, torn.edges)

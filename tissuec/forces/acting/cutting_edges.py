@@ -7,8 +7,8 @@ cuts. Where the edge is g = n · (x_edge - x_anchor) ahead of it, the piece stor
 
 so that it never pushes with more than F, the cutting resistance of the tissue [J/m²] times the
 width of the piece. Tissue is dented until the lag is reached. Then the anchor advances through
-it (``script.edge_cut``): at g = ℓ, the force stays F, and F times the way is what the cut
-spends. The lag keeps the force smooth; what a cut takes does not depend on it.
+it (``script.edge_cut``): at g = ℓ, the force stays F, and the cut spends F times the way. The
+lag keeps the force smooth, and does not change the energy of a cut.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ KIND = "cutting edge"
 
 
 def _ahead(x: Sequence[Vector], p: Numbers) -> Sequence[Number]:
-    """Return the part of a node in how far the edge is ahead."""
+    """Return the contribution of a node to how far the edge is ahead."""
     return [dot(p.shares, x[0])]
 
 

@@ -113,8 +113,8 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         rate: Of bristles in those velocities [1/s].
         span: Where it is written.
         pairs: Pairs that are considered; None for all that are near.
-        bounds: Of the last triangles, the part of a solid that each bounds, an entity, shape
-            (n,); without any before a cut.
+        bounds: Entities of the parts of solids that the last triangles bound, shape (n,); empty
+            before a cut.
     """
 
     stiffness: Floats

@@ -38,8 +38,8 @@ class ContactPoints(Struct, frozen=True, eq=False, dict=True):
         elements: Those that these belong to, see ``SupportedTriangles``.
         ends: Nodes of all springs, shape (spring, 2).
         rows: Of the triangles among those of the skin as drawn, shape (drawn triangle,).
-        bounds: Of the last triangles, the part of a solid that each bounds, an entity, shape
-            (n,); without any before a cut.
+        bounds: Entities of the parts of solids that the last triangles bound, shape (n,); empty
+            before a cut.
     """
 
     corners: Indices

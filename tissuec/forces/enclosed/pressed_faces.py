@@ -167,7 +167,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
         Args:
             lost: Triangles of elements that are not there any more, shape (triangle,).
-            parts: What bounds the parts of elements.
+            parts: Triangles that bound the parts of elements.
         """
         left = self.some(np.setdiff1d(np.arange(self.triples.count), self.face[lost]))
         new = parts.on(self.rows)
@@ -208,9 +208,9 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def _turns(self) -> NDArray[np.bool_]:
-        """Return which faces are pressed from where they face to, shape (face,).
+        """Return which faces are pressed on the side that they face, shape (face,).
 
-        Those of solids are; of walls, whose faces are triangles, some may not be.
+        Those of solids always are; of walls, whose faces are triangles, only some.
         """
         skin = np.zeros((self.triples.count, 3), dtype=np.int64)
         skin[self.face] = self.corners
@@ -234,7 +234,7 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
 
 def _with_nodes(plane: MirrorPlane, planes: Sequence[MirrorPlane]) -> MirrorPlane:
-    """Return the one of some planes that lies in a plane, with other nodes."""
+    """Return the one of some planes that coincides with a plane, but has other nodes."""
     (found,) = (
         each
         for each in planes

@@ -202,7 +202,7 @@ class SurfacePressure(GroupedField, frozen=True, dict=True):
         """Return the pressure on a solid after cuts.
 
         Args:
-            parts: What bounds the parts of its elements.
+            parts: Triangles that bound the parts of its elements.
             alive: Entities that are there, shape (entity,).
             elements: Of the skin as drawn, see ``Network.skin_elements``.
         """

@@ -105,11 +105,11 @@ class Activation(WalledField, frozen=True):
         )  # fmt: skip
 
     def with_parts(self, fields: Sequence[Any], parts: CutCells) -> Self:
-        """Return this with elements that cuts have made of its own.
+        """Return the activation with the elements that cuts have made of its own.
 
         Args:
             fields: Elements that cuts have made.
-            parts: All of them.
+            parts: All parts that cuts have made.
         """
         drawn = np.flatnonzero(~np.isin(self.walls, parts.parts))
         found = [self.without(np.setdiff1d(np.arange(self.item_count), self.walled[drawn]))]

@@ -68,8 +68,8 @@ class ElementLimits(Struct, frozen=True, eq=False):
         stress: [Pa], shape (element,).
         toughness: Energy per area of a crack that they hold when they break [J/m²], shape
             (element,).
-        parting: Energy per area as drawn that faces take on which they tear [J/m²], shape
-            (element,); 0 where they tear at once.
+        parting: Energy per area as drawn that faces of a tear take [J/m²], shape (element,); 0
+            where elements tear at once.
     """
 
     strain: Floats

@@ -43,7 +43,7 @@ from tissuec.forces.potential_fields import PotentialField
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 
-#: Opening of ties that do not tear, beyond which no tissue is [m].
+#: Opening at which ties that never tear would: larger than any tissue [m].
 FAR = 1e3
 
 
@@ -158,7 +158,7 @@ class SofteningTies(Ties, frozen=True):
 class TearingSections(Struct, frozen=True, eq=False):
     """The sections of a body that can tear, each by its part in front.
 
-    One begins to soften where the first of its points does, and is free when all of them are.
+    A section begins to soften when the first of its points does, and is free when all are.
 
     Attributes:
         points: All of them can tear.

@@ -1,7 +1,7 @@
 """Parts of triangles of walls that blades have divided.
 
-Each part is a triangle with all nodes of the whole, on its own side of the blade those of the
-body, on the other copies of them. Strain is the same everywhere in a triangle, so that a part
+Each part is a triangle with all nodes of the whole: those of the body on its own side of the
+blade, and copies on the other. Strain is the same everywhere in a triangle, so that a part
 stores its share of the area times what the whole triangle would.
 """
 

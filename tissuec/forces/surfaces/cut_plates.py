@@ -35,7 +35,7 @@ class _Holds(NamedTuple):
         part: Ascending, shape (hold,).
         beside: The other part, shape (hold,).
         tip: Its node that is not on the edge, shape (hold,).
-        share: Of what the part has in common with others at this edge, shape (hold,).
+        share: Of the length that the part shares with others at this edge, shape (hold,).
     """
 
     part: Indices
@@ -58,12 +58,12 @@ class _Holds(NamedTuple):
 def plates_beside_cuts(
     plates: Plates, wall: Membranes, parts: CellParts, entities: Indices, lost: Indices
 ) -> FieldBlock | None:
-    """Return the bending of triangles that have lost that of the drawn wall; None without any.
+    """Return the bending of triangles whose drawn plates no longer act; None without any.
 
     Args:
         plates: Of the drawn wall.
         wall: Its triangles.
-        parts: All that there is of them after a cut.
+        parts: Triangles and parts that exist after a cut.
         entities: Of these parts, shape (part,).
         lost: Plates that act no longer, ascending, shape (n,).
     """

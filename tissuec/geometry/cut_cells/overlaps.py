@@ -1,4 +1,4 @@
-"""What parts of neighbouring cells have in common in faces, as polygons, or lines in edges.
+"""Overlaps of parts of neighbouring cells: polygons in faces, or lines in edges.
 
 The faces of their pieces there are simplices in the same roots of the face: triangles, or lines
 in edges of triangles. Mostly, they are the same; what is left over, as where a divided cell
@@ -43,7 +43,7 @@ class Overlaps(Struct, frozen=True, eq=False):
 def overlaps(
     groups: Sequence[CellParts], chosen: Sequence[Bools], alone: bool = True
 ) -> Overlaps:
-    """Return what faces of different cells have in common.
+    """Return the overlaps of faces of different cells.
 
     Args:
         groups: Parts of cells, those of each shape.

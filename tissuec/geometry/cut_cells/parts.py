@@ -172,7 +172,7 @@ class PieceFaces(Struct, frozen=True, eq=False):
 
 
 def _all_of(bits: NDArray[Any], count: int) -> NDArray[Any]:
-    """Return what all corners of each face of simplices have, shape (simplex, face, …).
+    """Combine by ``and`` the bits of all corners of each face, shape (simplex, face, …).
 
     Args:
         bits: Of each corner, shape (simplex, corner, …).

@@ -166,7 +166,7 @@ def _cones(division: CellDivision, numbers: Indices) -> Indices:
 def fans(rings: Indices, numbers: Indices) -> Indices:
     """Return triangles of polygons around the corner with the smallest number.
 
-    Edges are what they are.
+    Edges are returned unchanged.
 
     Args:
         rings: Corners in turn, shape (cell, polygon, corner).

@@ -157,7 +157,7 @@ _WITH = re.compile(rf'"[^"]*"|\bwith\s+("[^"]*"|[^"]+?)(?=\s+(?:{_NEXT})\b|\s+\(
 
 
 def cuts(scenery: Scenery) -> Iterator[Course]:
-    """Yield an instrument for each sentence that cuts, but for tools whose shape is seen."""
+    """Yield an instrument for each sentence that cuts, except tools shown by their shape."""
     trajectory = scenery.moments.trajectory
     shaped = {tool.name for tool in trajectory.network.tools if tool.shapes}
     cut = (one for one in trajectory.events if one.kind == "cut")

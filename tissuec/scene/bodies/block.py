@@ -359,7 +359,7 @@ class _BodyReader:
             )
 
     def _refuse_faces(self) -> None:
-        """Report that a body which has no elements that can be divided tears by faces."""
+        """Report ``rupture by faces`` in a body without elements that can be divided."""
         if self.rest.get("rupture") == "by faces":
             place = self.once["rupture"]
             self.findings.add(

@@ -22,6 +22,7 @@ class SupportForce(VectorMeasure):
     wall that the plane stands for, exerts on the part that is drawn. Of nodes that are
     all glued, it is the force of the glue on them. For scissors, it is the force that moves
     their blades on while they close along a line, from the cutting resistance of the tissue.
+    For a scalpel, it includes the force of its edge on the tissue.
     """
 
     form = "force(A)"

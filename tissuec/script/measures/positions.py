@@ -69,8 +69,8 @@ CHUNK = 64  # points compared at a time with those ahead: small beside the cache
 class Gap(ScalarMeasure):
     """The smallest distance between nodes of A in different pieces of the net.
 
-    Where blades have divided elements, corners of the faces or edges of cuts count, too. 0 as
-    long as A is in one piece.
+    Where blades have divided elements, corners of the faces or edges of cuts count as well. 0
+    as long as A is in one piece.
     """
 
     form = "gap(A)"

@@ -34,7 +34,7 @@ class EndActing(Struct, frozen=True):
 
 
 def put_as_drawn(state: State, *blocks: FieldBlock) -> None:
-    """Add blocks that act on the drawn net, also on what cuts have made of its solids."""
+    """Add blocks on the drawn net, such that they also act on the parts that cuts have made."""
     if state.cut_cells is not None:
         from tissuec.mechanics.cut_effects import on_parts  # where solids are cut
 

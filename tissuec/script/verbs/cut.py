@@ -29,7 +29,7 @@ from tissuec.script.verbs.cut_surface import Blade, cut_surface, plane, strip, s
 from tissuec.script.verbs.holding import sentence
 
 OfBody = Annotated[Group, SubjectPart("springs", (BODY,))]
-SCISSORS = "scissors"  # the kind of tool that can be named in a cut
+SCISSORS = "scissors"  # the kind of tool whose blades close
 With = Annotated[str | None, ToolClause("with", SCISSORS, what="tool")]
 Closing = Annotated[TimeProfile | None, ProfileClause(None, "constant speed")]
 
@@ -154,23 +154,22 @@ def _refuse_interval(duration: float | None, order: Order) -> None:
 class Cut(Struct, frozen=True):
     """Cuts springs of a set, or what a blade crosses of a body now, permanently.
 
-    Springs are removed. Elements are divided where the blade is, unless they are quadratic or
-    can break: these are removed if an edge of them is cut.
+    Springs are removed. Elements are divided where the blade is. Quadratic elements, and those
+    that can break unless by faces, are removed if an edge of them is cut.
 
     ``along plane`` is an infinite plane. ``along stroke`` is the parallelogram that the edge
     between two points sweeps by a vector. ``along line`` is a strip of the plane that faces the
     given direction: the part between both ends of the line, infinite at right angles to it. A
     node on the blade counts as in front of it. Without ``along``, all springs of the set are
-    cut. The tool after ``with`` must be scissors and is recorded in the event log. If nothing
-    crosses the blade, nothing changes, and a note says so.
+    cut. The tool after ``with`` is recorded in the event log; after ``along …``, it must be
+    scissors. If nothing crosses the blade, nothing changes, and a note says so.
 
-    ``cut BODY with`` a scalpel over an interval cuts a solid where the edge moves meanwhile:
-    see above.
+    Over an interval, ``cut BODY with`` a scalpel cuts a solid where its edge moves.
 
     Over an interval, the blades close along the line, or along the edge of the stroke, from its
     first point to its second. Springs are cut, and elements divided, in the order of their
-    positions at the beginning of the cut; springs that come in the way later at its end. Within
-    elements, blades proceed in steps of a quarter. The force that this needs acts on the
+    positions at the beginning of the cut; springs that get in the way later are cut at its end.
+    Within elements, blades proceed in steps of a quarter. The force that this needs acts on the
     scissors.
     """
 

@@ -287,8 +287,7 @@ def surface_of_lines(
     """Return the surface of a cut through a wall, which is as thick as the wall.
 
     Args:
-        areas: Of the sections where the blade would meet it without limits, as drawn [m²],
-            shape (line,).
+        areas: Of the sections of an unlimited blade, as drawn [m²], shape (line,).
         plain: p and q of the ends of their middle lines, shape (line, 2, 2).
         shared: Numbers of the ends, equal ones in equal places, shape (line, 2).
         thickness: Of the wall [m], shape (line,).

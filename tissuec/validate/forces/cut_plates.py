@@ -82,7 +82,7 @@ class _Outlines:
                 self._at.setdefault(key, []).append(part)
 
     def common(self, part: int, edge: int) -> dict[int, float]:
-        """Return how much of an edge of a part others have, too, by their numbers."""
+        """Return the lengths of an edge of a part that other parts share, by their numbers."""
         parts = self._parts
         ends = sorted(np.delete(parts.drawn[part], edge).tolist())
         own, found = self._intervals(part, ends), dict[int, float]()

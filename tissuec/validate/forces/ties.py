@@ -1,4 +1,4 @@
-"""Ties between the faces of cuts: what is left of sections holds by springs in all directions.
+"""Ties between the faces of cuts: springs in all directions that hold what is left of sections.
 
 The opening g of a point is the difference of the places that both parts give it: g = J x, with
 one row of the sparse matrix J per point. Forces are -Jᵀ A (k g + d dg/dt), A being a third of
@@ -24,7 +24,7 @@ class CohesiveTies(ForceFormula):
 
     Args:
         tied: ``mechanics.tying.TiedSections``, read for places in cells and constants.
-        body: ``mechanics.cutting.CutBody``, read for the nodes of parts.
+        body: ``mechanics.cut_body.CutBody``, read for the nodes of parts.
         drawn: Places of all nodes as drawn [m], shape (node, 3).
         alive: Which entities exist.
         thickness: Of a wall by the numbers of its drawn triangles [m]; None of a solid.
