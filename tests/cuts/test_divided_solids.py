@@ -5,20 +5,23 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.contact.scenes import play
-from tests.validate.scenes import compiled_scene, quantity, validated
-from tests.whole_runs import same_on_two_threads, same_when_resumed
+from tests.cuts.scenes import (
+    END,
+    GEL,
+    UNUSED,
+    ahead_of,
+    cut,
+    momentum,
+    state_of,
+    volume,
+)
+from tests.hand_net import Diary
+from tests.validate.scenes import compiled_scene
 from tissuec.forces.acting.embedding import EmbeddedNodes
 from tissuec.mechanics.cut_surfaces import NotDivisible
-from tissuec.mechanics.cutting import carry_out, divided
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
 
-GEL = """language 1
-tissue gel {
-  Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
-  retardation time = 1 ms
-}
-"""
 BODY = """body block { mesh is MESH; made of elements; tissue is gel }
 set base = nodes of block where x < 0.01 mm
 environment { gravity = (0, 0, 0) m/s^2 }
@@ -28,47 +31,11 @@ ROUND = (
     "thick tube { axis from (0, 0, 0) mm to (20, 0, 0) mm; inner radius = 4 mm\n"
     "  outer radius = 8 mm; rings = 5; sides = 12; layers = 2 }"
 )
-ANY = "at 0.9 s: cut block along plane through (1, 0, 0) m facing (1, 0, 0)\n"
-END = "simulate { duration = 1 s }\n"
 
 
 def scene(mesh=LATTICE, cuts=1, orders="", end=END):
     text = GEL + BODY.replace("MESH", mesh)
-    return text + "script {\n" + orders + ANY * cuts + "}\n" + end
-
-
-def state_of(text, folder=None):
-    compiled = compiled_scene(text, folder) if folder else compiled_scene(text)
-    return compiled.plan.start(compiled.network)
-
-
-def cut(state, through, facing):
-    """Cut through a plane, given in millimetres; return the division."""
-    normal = np.array(facing, float) / np.linalg.norm(facing)
-    heights = (state.position - 1e-3 * np.array(through, float)) @ normal
-    division = divided(state, "block", heights)
-    if division is not None:
-        carry_out(state, division)
-    return division
-
-
-def momentum(state):
-    velocity = state.velocity[: len(state.position)]
-    impulse = state.inertia[:, None] * velocity
-    turning = np.cross(state.position, impulse)
-    energy = 0.5 * (state.inertia * (velocity**2).sum(axis=1)).sum()
-    return np.concatenate([impulse.sum(axis=0), turning.sum(axis=0), [energy]])
-
-
-def volume(state):
-    return sum(each.intact(state.alive).volume.sum() for each in state.elements)
-
-
-def elastic_forces(state, position):
-    total = np.zeros_like(position)
-    for each in state.elements:
-        each.intact(state.alive).add_forces(0.0, position, np.zeros_like(state.velocity), total)
-    return total
+    return text + "script {\n" + orders + UNUSED * cuts + "}\n" + end
 
 
 BLADES = [
@@ -118,14 +85,9 @@ def test_each_side_passes_the_patch_test(mesh, blade):
     """
     state = state_of(scene(mesh))
     normal = np.array(blade[1], float) / np.linalg.norm(blade[1])
+    assert cut(state, *blade) is not None
     place = state.network.position
-    division = cut(state, *blade)
-    ahead = np.zeros(len(place), dtype=bool)
-    body = state.cut_bodies["block"]
-    for parts in body.parts:
-        middle = place[parts.drawn].mean(axis=1) - 1e-3 * np.array(blade[0])
-        side = np.where(parts.are_whole, middle @ normal, parts.sides[:, -1])
-        ahead[parts.nodes[side > 0.0]] = True
+    ahead = ahead_of(state, blade[0], normal)
     shear, bulk = 10e3 / 2.6, 10e3 / 1.2
     rng, across = np.random.default_rng(5), np.eye(3) - np.outer(normal, normal)
     moved = np.zeros_like(place)
@@ -147,7 +109,6 @@ def test_each_side_passes_the_patch_test(mesh, blade):
     if mesh == ROUND:
         for each in state.cut_elements:
             outer[each.nodes] = True
-    assert division is not None
     assert np.abs(force[~outer]).max() < 1e-12 * np.abs(force[outer]).max()
 
 
@@ -157,7 +118,7 @@ def test_pieces_part_and_move_on_their_own():
     end = """output { count(pieces of block) every 1 ms; trajectory every 1 ms }
     simulate { duration = 4 ms }
     """
-    text = scene(orders=orders, end=end).replace(ANY, "")
+    text = scene(cuts=0, orders=orders, end=end)
     text = text.replace("tissue is gel }", "tissue is gel; velocity = (1, 0, 0) m/s }")
     played = play(text)
     assert played.log("pieces of block")[1][-1, 0] == 2
@@ -175,11 +136,8 @@ def test_halves_are_held_by_their_own_nodes():
     end = (
         "output { position(tip) every 1 ms }\nsimulate { duration = 10 ms; tolerance = 1e-8 }\n"
     )
-    text = (
-        scene(orders=orders, end=end)
-        .replace(ANY, "")
-        .replace("(0, 0, 0) m/s^2", "(0, 0, -10) m/s^2")
-    )
+    text = scene(cuts=0, orders=orders, end=end)
+    text = text.replace("(0, 0, 0) m/s^2", "(0, 0, -10) m/s^2")
     text = text.replace(
         "environment", "set tip = nodes of block where x > 12.6 mm\nenvironment"
     )
@@ -193,7 +151,7 @@ def test_a_held_face_is_held_on_both_sides_of_a_cut():
     orders = (
         "at 0 s: { fix base; cut block along plane through (0, 5.3, 0) mm facing (0, 1, 0) }\n"
     )
-    text = scene(orders=orders).replace(ANY, "")
+    text = scene(cuts=0, orders=orders)
     compiled = compiled_scene(text)
     state = compiled.plan.start(compiled.network)
     base = compiled.nodes_of("base")
@@ -210,7 +168,7 @@ def test_a_load_on_copied_nodes_stays_the_same():
     text = scene(orders="at 0 s: push base with (1, 2, 3) mN\n")
     compiled = compiled_scene(text)
     state = compiled.plan.start(compiled.network)
-    compiled.plan.events[0].action.apply(state, Queue())
+    compiled.plan.events[0].action.apply(state, Diary())
     (load,) = state.loads.values()
     before = load.at(0.0)
     cut(state, (0, 5.3, 0), (0, 1, 0.1))
@@ -221,16 +179,6 @@ def test_a_load_on_copied_nodes_stays_the_same():
     at_nodes = np.zeros((len(state.position), 3))
     np.add.at(at_nodes, parents, load.at(0.0))
     assert_allclose(at_nodes[compiled.nodes_of("base")], before, rtol=1e-13)
-
-
-class Queue:
-    """A queue of events that nothing is added to."""
-
-    def add(self, time, action):
-        raise AssertionError
-
-    def land(self, times):
-        pass
 
 
 SLIT = (
@@ -247,7 +195,7 @@ SMALL = "lattice { cell = 5 mm; box from (0, 0, 0) mm to (20, 10, 5) mm }"
 
 
 def slit(mesh=SMALL):
-    text = scene(mesh, orders=SLIT, end=LOGGED).replace(ANY, "")
+    text = scene(mesh, 0, SLIT, LOGGED)
     return text.replace("(0, 0, 0) m/s^2", "(2, 0, -9.81) m/s^2")
 
 
@@ -257,28 +205,6 @@ def test_a_slit_leaves_one_piece_and_a_second_cut_crosses_it():
     assert set(pieces[time < 7.5e-3, 0]) == {1.0}
     # The slit ends at 6 mm, above the second cut, so that both its sides come off.
     assert pieces[-1, 0] == 3
-
-
-def test_scipy_finds_the_same_motion():
-    found = validated(slit(), rtol=1e-6)
-    for name in ("position", "energy balance"):
-        assert quantity(found, name).error < 1e-4
-
-
-def test_scipy_finds_the_same_motion_of_relaxing_parts():
-    relaxing = "relaxing share = 30 %; relaxation time = 5 ms\n  retardation time"
-    found = validated(slit().replace("retardation time", relaxing), rtol=1e-6)
-    assert quantity(found, "position").error < 1e-4
-
-
-def test_a_run_that_is_resumed_within_a_cut_gives_the_same_bytes():
-    _, *parts = same_when_resumed(compiled_scene(slit()), "force of base", 3, 6)
-    assert any(first.state.blades for first, _ in parts)
-
-
-def test_threads_change_no_bit(threads_in_small_nets):
-    text = slit("lattice { cell = 1.25 mm; box from (0, 0, 0) mm to (20, 10, 5) mm }")
-    same_on_two_threads(compiled_scene(text.replace("10 ms", "4 ms")), "force of base")
 
 
 def test_more_blades_than_there_are_nodes_for_end_the_run():

@@ -7,11 +7,21 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.contact.scenes import play
-from tests.cuts.test_divided_solids import cut, momentum
+from tests.cuts.scenes import (
+    END,
+    GEL,
+    SHEET,
+    TUBE,
+    UNUSED,
+    ahead_of,
+    cut,
+    momentum,
+    state_of,
+    volume,
+)
 from tests.cuts.test_touched_parts import forces
 from tests.every import every
-from tests.validate.scenes import compiled_scene, quantity, validated
-from tests.whole_runs import same_on_two_threads, same_when_resumed
+from tests.validate.scenes import compiled_scene
 from tissuec.forces.surfaces.cut_plates import held_stiffness
 from tissuec.mechanics.cutting import carry_out, divided
 from tissuec.script.measures import MEASURES, Subject
@@ -19,17 +29,6 @@ from tissuec.script.measures.snapshot import Snapshot
 from tissuec.validate.forces.cut_plates import fractions_of
 from tissuec.validate.forces.cut_plates import held_stiffness as held_stiffness_again
 
-GEL = """language 1
-tissue gel {
-  Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
-  retardation time = 1 ms
-}
-"""
-SHEET = (
-    "sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 10, 0) mm\n"
-    "  columns = 9; rows = 5 }"
-)
-TUBE = "tube { axis from (0, 5, 5) mm to (20, 5, 5) mm; radius = 5 mm; rings = 8; sides = 10 }"
 BODY = """body block {
   mesh is MESH
   made of elements; tissue is gel; thickness = 1 mm; bending is elastic
@@ -37,28 +36,17 @@ BODY = """body block {
 set base = nodes of block where x < 0.01 mm
 environment { gravity = (0, 0, 0) m/s^2 }
 """
-ANY = "at 0.9 s: cut block along plane through (1, 0, 0) m facing (1, 0, 0)\n"
-END = "simulate { duration = 1 s }\n"
 
 
 def scene(mesh=SHEET, cuts=1, orders="", end=END):
     text = GEL + BODY.replace("MESH", mesh)
-    return text + "script {\n" + orders + ANY * cuts + "}\n" + end
-
-
-def state_of(text):
-    compiled = compiled_scene(text)
-    return compiled.plan.start(compiled.network)
+    return text + "script {\n" + orders + UNUSED * cuts + "}\n" + end
 
 
 def intact(state, kind):
     """Return the fields of a kind with what they have left."""
     found = (each.intact(state.alive) for each in state.of_kind(kind))
     return [each for each in found if each.item_count]
-
-
-def volume(state):
-    return sum(each.weight.sum() for each in intact(state, "membranes"))
 
 
 BLADES = [
@@ -86,16 +74,6 @@ def test_mass_area_and_motion_are_kept(mesh, blade):
         scale = np.abs(before[2]).max()
         assert_allclose(momentum(state), before[2], atol=1e-13 * scale, rtol=1e-12)
         assert (state.inertia[state.free] > 0.0).all()
-
-
-def ahead_of(state, through, normal):
-    """Return which nodes belong to parts in front of a plane, shape (node,)."""
-    (parts,) = state.cut_bodies["block"].parts
-    middle = state.network.position[parts.drawn].mean(axis=1) - 1e-3 * np.array(through)
-    side = np.where(parts.are_whole, middle @ normal, parts.sides[:, -1])
-    found = np.zeros(len(state.position), dtype=bool)
-    found[parts.nodes[side > 0.0]] = True
-    return found
 
 
 @every("blade", BLADES[:3])
@@ -127,7 +105,7 @@ def test_free_halves_bend_on_their_own():
     """A half that is folded along the cut has no bending energy, nor has one that turns."""
     state = state_of(scene())
     cut(state, (11.2, 5, 0), (1, 0, 0))
-    ahead = ahead_of(state, (11.2, 5, 0), np.array([1.0, 0.0, 0.0]))
+    ahead = ahead_of(state, (11.2, 5, 0), (1, 0, 0))
     turned = state.position.copy()
     turned[ahead] = turned[ahead] @ np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]) + 5e-3
     bent = [each.energies(turned).sum() for each in intact(state, "plates")]
@@ -192,7 +170,7 @@ def test_a_half_falls_freely():
     end = (
         "output { position(tip) every 1 ms }\nsimulate { duration = 10 ms; tolerance = 1e-8 }\n"
     )
-    text = scene(orders=orders, end=end).replace(ANY, "")
+    text = scene(cuts=0, orders=orders, end=end)
     text = text.replace("(0, 0, 0) m/s^2", "(0, 0, -10) m/s^2")
     text = text.replace(
         "environment", "set tip = nodes of block where x > 12.6 mm\nenvironment"
@@ -214,7 +192,7 @@ simulate { duration = 10 ms; tolerance = 1e-4 }
 
 
 def slit(mesh=SHEET):
-    text = scene(mesh, orders=SLIT, end=LOGGED).replace(ANY, "")
+    text = scene(mesh, 0, SLIT, LOGGED)
     return text.replace("(0, 0, 0) m/s^2", "(2, 0, -9.81) m/s^2")
 
 
@@ -239,7 +217,7 @@ def test_strokes_along_a_path_leave_two_pieces():
             f"at {k + 1} ms: cut block along line {ends} facing ({-way[1]}, {way[0]}, 0)\n"
         )
     end = "output { count(pieces of block) every 0.5 ms }\nsimulate { duration = 4 ms }\n"
-    played = play(scene(FINE, orders=orders, end=end).replace(ANY, ""))
+    played = play(scene(FINE, 0, orders, end))
     time, pieces = played.log("pieces of block")
     assert set(pieces[time < 2.9e-3, 0]) == {1.0} and pieces[-1, 0] == 2
     assert not any(map(len, played.outcome.state.tied.values()))
@@ -255,7 +233,7 @@ def test_the_gap_is_that_of_edges():
     snapshot = Snapshot.of(state)
     gap, subject = MEASURES["gap"], Subject("base", compiled.nodes_of("base"), ())
     assert gap.sample((subject,), snapshot)[0] == pytest.approx(0.0, abs=1e-12)
-    state.position[ahead_of(state, (11.2, 5, 0), np.array([1.0, 0, 0])), 0] += 1e-3
+    state.position[ahead_of(state, (11.2, 5, 0), (1, 0, 0)), 0] += 1e-3
     state.follow_hosts()
     assert gap.sample((subject,), Snapshot.of(state))[0] == pytest.approx(1e-3, rel=1e-9)
 
@@ -278,28 +256,6 @@ def test_a_plate_presses_on_a_wall_that_is_cut_as_on_a_whole_one():
         found = forces(state)
         assert_allclose(found[tool].sum(axis=0), expected, atol=1e-12 * expected[2])
         assert_allclose(found.sum(axis=0), 0.0, atol=1e-13 * expected[2])
-
-
-def test_scipy_finds_the_same_motion():
-    found = validated(slit(), rtol=1e-6)
-    for name in ("position", "energy balance"):
-        assert quantity(found, name).error < 1e-4
-
-
-def test_scipy_finds_the_same_motion_of_relaxing_parts():
-    relaxing = "relaxing share = 30 %; relaxation time = 5 ms\n  retardation time"
-    found = validated(slit().replace("retardation time", relaxing), rtol=1e-6)
-    assert quantity(found, "position").error < 1e-4
-
-
-def test_a_run_that_is_resumed_within_a_cut_gives_the_same_bytes():
-    _, *parts = same_when_resumed(compiled_scene(slit()), "force of base", 3, 6)
-    assert any(first.state.blades for first, _ in parts)
-
-
-def test_threads_change_no_bit(threads_in_small_nets):
-    text = slit(FINE).replace("10 ms", "4 ms")
-    same_on_two_threads(compiled_scene(text), "force of base")
 
 
 def test_the_reference_finds_the_stiffness_of_parts_by_itself():

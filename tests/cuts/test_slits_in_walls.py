@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
 
-from tests.cuts.test_divided_walls import SHEET, TUBE, cut, intact, scene, state_of
-from tests.cuts.test_ties import CASES, A, exact, in_the_middle
-from tests.validate.scenes import compiled_scene
+from tests.cuts.scenes import SHEET, TUBE, cut, fastest, state_of
+from tests.cuts.test_divided_walls import scene
+from tests.cuts.test_ties import CASES, A, in_the_middle, solved
 from tissuec.script.dividing import BladeWay
 from tissuec.script.verbs.cut_surface import strip
 
@@ -33,29 +32,17 @@ def opened(count, degrees, shift):
     cell, angle = 2e3 * A / count, np.deg2rad(degrees)
     low = -2e3 * A + cell * np.asarray(shift)
     text = PLATE.format(left=low[0], low=low[1], size=4e3 * A, nodes=2 * count + 1)
-    compiled = compiled_scene(text)
-    state = compiled.plan.start(compiled.network)
+    state = state_of(text)
     way = np.array([np.cos(angle), np.sin(angle), 0.0])
     normal = np.array([-way[1], way[0], 0.0])
     blade = strip(-A * way, A * way, normal)
     cuts = BladeWay.of(state, "plate", blade)
     division = cuts.until(state, 1.0)
     cuts.divide(state, division, 1.0)
-    place = state.network.position
-    every = np.arange(len(place))
-    fields = [each for each in state.fields if hasattr(each, "element_matrices")]
-    stiff = sum(each.matrix(0.0, place, every, len(place)) for each in fields).tocsr()
-    least, most = place.min(axis=0), place.max(axis=0)
-    outer = ((np.abs(place - least) < 1e-9) | (np.abs(place - most) < 1e-9))[:, :2].any(axis=1)
-    known = np.zeros((len(place), 3), dtype=bool)
-    known[outer], known[:, 2], known[~state.free] = True, True, True
-    moved = np.where(outer[:, None], exact(place, angle, plane_stress=True), 0.0).ravel()
-    known = known.ravel()
-    moved[~known] = spsolve(stiff[~known][:, ~known], -(stiff[~known] @ moved))
-    moved = moved.reshape(-1, 3)
+    moved, _ = solved(state, angle, plane_stress=True)
     lines, parts = division.triangles, division.body.parts
     front, behind = (lines.places(parts, moved, side).mean(axis=1) for side in (0, 1))
-    middles = lines.places(parts, place).mean(axis=1)
+    middles = lines.places(parts, state.network.position).mean(axis=1)
     return middles @ way, (front - behind) @ normal
 
 
@@ -80,20 +67,9 @@ def test_the_opening_of_a_slit_converges():
     assert (np.abs(found[1:]) < 0.65 * np.abs(found[:-1])).all()
 
 
-def fastest(state):
-    """Return the largest eigenvalue of the net as drawn [1/s²]."""
-    place, number = state.network.position, np.flatnonzero(state.free)
-    every = np.full(len(place), -1)
-    every[number] = np.arange(len(number))
-    fields = [*intact(state, "membranes"), *intact(state, "plates"), *intact(state, "ties")]
-    own = [each.matrix(0.0, place, every, len(number)).toarray() for each in fields]
-    size = np.repeat(np.sqrt(state.inertia[number]), 3)
-    return np.linalg.eigvalsh(sum(own) / size / size[:, None])[-1]
-
-
 @pytest.mark.parametrize("mesh", [SHEET, TUBE])
 @pytest.mark.parametrize("thickness", ["1 mm", "4 mm"])
-def test_stable_steps_are_at_least_half(mesh, thickness):
+def test_stable_steps_are_at_least_90_per_cent(mesh, thickness):
     """Of random blades; in the thick wall, steps depend on bending."""
     text = scene(mesh, cuts=2).replace("thickness = 1 mm", f"thickness = {thickness}")
     rng, ratios = np.random.default_rng(4), []
@@ -104,4 +80,4 @@ def test_stable_steps_are_at_least_half(mesh, thickness):
             point = rng.uniform(0.2, 0.8, 3) * (20, 10, 10 if mesh == TUBE else 0)
             cut(state, point, rng.normal(size=3) * (1, 1, 0.4))
             ratios.append(before / fastest(state))
-    assert np.sqrt(min(ratios)) > 0.85
+    assert np.sqrt(min(ratios)) > 0.9

@@ -1,9 +1,14 @@
+"""Ties ahead of blades: slits against closed forms, areas, forces and stable steps."""
+
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
+from tests.cuts.scenes import begun, cut_faces, fastest, momentum, tied_area, volume
+from tests.hand_net import Diary
 from tests.validate.scenes import compiled_scene
 from tissuec.geometry.blade_sections import beyond, shares_of_polygons
+from tissuec.geometry.cut_cells.sections import facet_sizes
 
 A = 10e-3  # half of the length of slits [m]
 MODULUS, POISSON, STRESS = 10e3, 0.3, 10.0
@@ -24,13 +29,6 @@ simulate {{ duration = 1 s }}
 """
 
 
-class Queue:
-    """A queue of events that nothing is added to."""
-
-    def land(self, times):
-        pass
-
-
 def slit(angle, first, last):
     """Return the sentence of a slit through the origin, between distances from it [m]."""
     way = np.array([np.cos(angle), np.sin(angle)])
@@ -48,16 +46,12 @@ def plate(count, shift, *cuts):
     cell = 2e3 * A / count
     low = -2e3 * A + cell * np.asarray(shift)
     (left, low), (right, high) = low, low + 4e3 * A
-    compiled = compiled_scene(
+    return begun(
         PLATE.format(
             cell=f"{cell:.12g}", left=left, right=right, low=low, high=high,
             cuts="\n".join(cuts),
         )
     )  # fmt: skip
-    state = compiled.plan.start(compiled.network)
-    for event in compiled.plan.events:
-        event.action.apply(state, Queue())
-    return state
 
 
 def exact(place, angle, plane_stress=False):
@@ -80,7 +74,7 @@ def exact(place, angle, plane_stress=False):
 
 
 def solved(state, angle, plane_stress=False):
-    """Return small displacements of all nodes [m], and the energy per thickness [J/m]."""
+    """Return small displacements of all nodes [m], and the energy [J]."""
     place = state.network.position
     fields = [each for each in state.fields if hasattr(each, "element_matrices")]
     every = np.arange(len(place))
@@ -96,7 +90,7 @@ def solved(state, angle, plane_stress=False):
     moved = np.where(outer[:, None], exact(place, angle, plane_stress), 0.0).ravel()
     known = known.ravel()
     moved[~known] = spsolve(stiff[~known][:, ~known], -(stiff[~known] @ moved))
-    energy = 0.5 * moved @ (stiff @ moved) / (high[2] - low[2])
+    energy = 0.5 * moved @ (stiff @ moved)
     return moved.reshape(-1, 3), energy
 
 
@@ -176,7 +170,7 @@ def test_energy_is_released_as_the_end_of_a_slit_moves():
     step = 2.0 * A / count / 8
     for k in range(-4, 5):
         state = plate(count, (0.3, 0.45), slit(angle, -A, A + k * step))
-        energies.append(solved(state, angle)[1])
+        energies.append(solved(state, angle)[1] / (2.0 * A / count))  # per thickness
     released = -np.diff(energies) / (rate * step)
     assert released.mean() == pytest.approx(1.0, abs=0.06)
     assert released.min() > 0.05 and released.max() < 2.5
@@ -206,7 +200,7 @@ def block(*orders, mesh=LATTICE, poisson="0.3", done=None):
     compiled = compiled_scene(text.replace("ORDERS", "\n".join(orders)))
     state = compiled.plan.start(compiled.network)
     for event in compiled.plan.events[:done]:
-        event.action.apply(state, Queue())
+        event.action.apply(state, Diary())
     return state, [event.action for event in compiled.plan.events]
 
 
@@ -220,17 +214,6 @@ def ties(state):
     return found
 
 
-def tied_area(state):
-    tied = state.tied["plate"]
-    return tied.areas(state.network, "plate", state.cut_bodies["plate"]).sum()
-
-
-def momentum(state):
-    velocity = state.velocity[: len(state.position)]
-    impulse = state.inertia[:, None] * velocity
-    return np.concatenate([impulse.sum(axis=0), np.cross(state.position, impulse).sum(axis=0)])
-
-
 @pytest.mark.parametrize("mesh", [LATTICE, WEDGES])
 def test_ties_cover_what_the_blade_does_not(mesh):
     """The sections of divided elements are the area within the blade and that of the ties."""
@@ -238,20 +221,12 @@ def test_ties_cover_what_the_blade_does_not(mesh):
     whole, _ = block(
         "at 0 s: cut plate along plane through (5.3, 0, 0) mm facing (1, 0, 0)", mesh=mesh
     )
-    body, place = state.cut_bodies["plate"], state.network.position
-    found = tied_area(state)
-    drawn, points = state.cut_cells, state.cut_cells.points.beside(place)
-    own = state.alive[drawn.borders] & drawn.are_cut
-    a, b, c = points[drawn.triangles[own]].swapaxes(0, 1)
-    sections = 0.25 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-    per_metre = 4e-3 if mesh == LATTICE else None
-    if per_metre:
-        assert found == pytest.approx(0.9e-3 * per_metre, rel=1e-9)
-        assert sections - found == pytest.approx(3.1e-3 * per_metre, rel=1e-9)
+    found, sections = tied_area(state, "plate"), 0.5 * facet_sizes(cut_faces(state)).sum()
+    if mesh == LATTICE:
+        assert found == pytest.approx(0.9e-3 * 4e-3, rel=1e-9)
+        assert sections - found == pytest.approx(3.1e-3 * 4e-3, rel=1e-9)
     assert 0.0 < found < 0.5 * sections
     assert not len(whole.tied["plate"]) and not whole.of_kind("ties")
-    assert state.with_copies(np.arange(len(place))).size == len(place)
-    assert len(body.parts)
 
 
 def test_the_force_of_ties_is_that_of_their_openings():
@@ -305,15 +280,15 @@ def test_a_blade_that_goes_on_parts_what_was_tied(strain):
         tied = np.unique(ties(state).nodes)
         ahead[tied] = 0.0
         state.position[own, 0] += 2e-4 * ahead[own]
-    actions[1].apply(state, Queue())
+    actions[1].apply(state, Diary())
     left = 8.0 - 6.6
-    assert tied_area(state) == pytest.approx(left * 1e-3 * 4e-3, rel=1e-3 if strain else 1e-9)
-    pairs = state.joined_pairs
-    assert pairs.max() < state.network.node_count
-    actions[2].apply(state, Queue())
+    assert tied_area(state, "plate") == pytest.approx(
+        left * 1e-3 * 4e-3, rel=1e-3 if strain else 1e-9
+    )
+    assert state.joined_pairs.max() < state.network.node_count
+    actions[2].apply(state, Diary())
     assert not state.of_kind("ties") and not len(state.tied["plate"])
-    volume = sum(each.intact(state.alive).volume.sum() for each in state.elements)
-    assert volume == pytest.approx(12e-3 * 8e-3 * 4e-3, rel=1e-12)
+    assert volume(state) == pytest.approx(12e-3 * 8e-3 * 4e-3, rel=1e-12)
 
 
 def test_a_cut_across_keeps_ties_on_both_sides_of_it():
@@ -323,11 +298,11 @@ def test_a_cut_across_keeps_ties_on_both_sides_of_it():
     rng = np.random.default_rng(3)
     state.velocity[:] = 0.01 * rng.normal(size=state.velocity.shape)
     state.follow_hosts()
-    before, mass, area = momentum(state), state.inertia.sum(), tied_area(state)
-    actions[1].apply(state, Queue())
+    before, mass, area = momentum(state), state.inertia.sum(), tied_area(state, "plate")
+    actions[1].apply(state, Diary())
     assert state.inertia.sum() == pytest.approx(mass, rel=1e-14)
     np.testing.assert_allclose(momentum(state), before, atol=1e-13 * np.abs(before).max())
-    assert tied_area(state) == pytest.approx(area, rel=1e-12)
+    assert tied_area(state, "plate") == pytest.approx(area, rel=1e-12)
     assert state.alive[state.tied["plate"].entities].all()
     opened = np.einsum("ka,kax->kx", ties(state).weights, state.position[ties(state).nodes])
     assert np.abs(opened).max() < 1e-15
@@ -337,16 +312,6 @@ def test_a_cut_across_keeps_ties_on_both_sides_of_it():
 def test_the_stable_step_stays_at_least_half(poisson):
     """The largest frequency of the block with ties, over that of the block as drawn."""
     rng = np.random.default_rng(11)
-
-    def fastest(state):
-        place, free = state.network.position, np.flatnonzero(state.free)
-        number = np.full(len(place), -1)
-        number[free] = np.arange(len(free))
-        fields = [each for each in state.fields if hasattr(each, "element_matrices")]
-        stiff = sum(each.matrix(0.0, place, number, len(free)) for each in fields).toarray()
-        root = np.sqrt(np.repeat(state.inertia[free], 3))
-        return np.linalg.eigvalsh(stiff / root / root[:, None])[-1]
-
     mesh = "lattice { cell = 2 mm; box from (0, 0, 0) mm to (8, 6, 4) mm }"
     whole, _ = block(line(4, 20, 30), mesh=mesh, poisson=poisson)
     first = fastest(whole)
@@ -366,22 +331,11 @@ def test_blades_that_close_part_what_a_blade_parts_at_once():
     """Nothing moves in between: the same parts, areas and ties, whatever the steps."""
     at_once, _ = block(line(5.3, -1, 5.1))
     closing, actions = block(line(5.3, -1, 5.1).replace("at 0 s", "from 0 s to 1 s"), done=0)
-
-    class Steps(Queue):
-        def __init__(self):
-            self.due = []
-
-        def add(self, time, action):
-            self.due.append((time, action))
-
-    queue = Steps()
-    actions[0].apply(closing, queue)
-    events = []
-    for time, action in queue.due:
-        closing.time = time
-        events += action.apply(closing, queue)
-    assert 8 <= len(queue.due) <= 16  # four steps for each of three elements
-    assert tied_area(closing) == pytest.approx(tied_area(at_once), rel=1e-9)
+    diary = Diary()
+    actions[0].apply(closing, diary)
+    assert 8 <= len(diary.added) <= 16  # four steps for each of three elements
+    diary.play(closing, 1.0)
+    assert tied_area(closing, "plate") == pytest.approx(tied_area(at_once, "plate"), rel=1e-9)
     assert ties(closing).stiffness.sum() == pytest.approx(
         ties(at_once).stiffness.sum(), rel=1e-7
     )

@@ -63,3 +63,10 @@ def validated(text, *, method="DOP853", rtol=None):
 
 def quantity(validation, name):
     return next(q for q in validation.comparison.quantities if q.name == name)
+
+
+def same_motion(text, within=1e-4):
+    """Compare positions and the energy balance of a run with those of SciPy."""
+    found = validated(text, rtol=1e-6)
+    for name in ("position", "energy balance"):
+        assert quantity(found, name).error < within

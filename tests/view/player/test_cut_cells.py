@@ -90,7 +90,7 @@ def test_places_without_matter_do_not_count_as_displaced(tmp_path):
 )
 def test_a_page_opens(result, options):
     page = render(result, options)
-    assert "block" in page and len(page) > 50_000
+    assert '"name":"block"' in page and len(page) > 50_000
 
 
 def test_simplified_pages_keep_the_gap(result):

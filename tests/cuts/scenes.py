@@ -1,0 +1,97 @@
+"""What tests of cuts share: scenes, states, plane cuts, and what cuts keep."""
+
+import numpy as np
+
+from tests.hand_net import Diary
+from tests.validate.scenes import compiled_scene
+from tissuec.mechanics.cutting import carry_out, divided
+
+GEL = """language 1
+tissue gel {
+  Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
+  retardation time = 1 ms
+}
+"""
+SHEET = (
+    "sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 10, 0) mm\n"
+    "  columns = 9; rows = 5 }"
+)
+TUBE = "tube { axis from (0, 5, 5) mm to (20, 5, 5) mm; radius = 5 mm; rings = 8; sides = 10 }"
+#: A cut that a run never comes to, for the reserve of cuts that a test makes by itself.
+UNUSED = "at 0.9 s: cut block along plane through (1, 0, 0) m facing (1, 0, 0)\n"
+END = "simulate { duration = 1 s }\n"
+
+
+def state_of(text):
+    compiled = compiled_scene(text)
+    return compiled.plan.start(compiled.network)
+
+
+def begun(text):
+    """Return a state after the events of 0 s."""
+    compiled = compiled_scene(text)
+    state, queue = compiled.plan.start(compiled.network), Diary()
+    for event in compiled.plan.events:
+        if event.time == 0.0:
+            event.action.apply(state, queue)
+    assert not queue.added
+    return state
+
+
+def cut(state, through, facing, body="block"):
+    """Cut through a plane, given in millimetres; return the division."""
+    normal = np.array(facing, float) / np.linalg.norm(facing)
+    heights = (state.position - 1e-3 * np.array(through, float)) @ normal
+    division = divided(state, body, heights)
+    if division is not None:
+        carry_out(state, division)
+    return division
+
+
+def ahead_of(state, through, facing):
+    """Return which nodes belong to parts in front of a plane, shape (node,)."""
+    found = np.zeros(len(state.position), dtype=bool)
+    for parts in state.cut_bodies["block"].parts:
+        middle = state.network.position[parts.drawn].mean(axis=1) - 1e-3 * np.array(through)
+        side = np.where(parts.are_whole, middle @ np.array(facing, float), parts.sides[:, -1])
+        found[parts.nodes[side > 0.0]] = True
+    return found
+
+
+def momentum(state):
+    """Return the momentum, the angular momentum and the kinetic energy, shape (7,)."""
+    velocity = state.velocity[: len(state.position)]
+    impulse = state.inertia[:, None] * velocity
+    turning = np.cross(state.position, impulse)
+    energy = 0.5 * (state.inertia * (velocity**2).sum(axis=1)).sum()
+    return np.concatenate([impulse.sum(axis=0), turning.sum(axis=0), [energy]])
+
+
+def volume(state):
+    """Return the volume of solids and walls as drawn [m³]."""
+    return sum(each.intact(state.alive).volume.sum() for each in state.elements)
+
+
+def tied_area(state, body):
+    """Return the area of the sections of a body that are tied, as drawn [m²]."""
+    if (tied := state.tied.get(body)) is None:
+        return 0.0
+    return tied.areas(state.network, body, state.cut_bodies[body]).sum()
+
+
+def cut_faces(state):
+    """Return the corners of both sides of cuts as drawn [m], shape (triangle, 3, 3)."""
+    cells = state.cut_cells
+    own = state.alive[cells.borders] & cells.are_cut
+    return cells.points.beside(state.network.position)[cells.triangles[own]]
+
+
+def fastest(state):
+    """Return the largest eigenvalue of the net as drawn [1/s²]."""
+    place, free = state.network.position, np.flatnonzero(state.free)
+    number = np.full(len(place), -1)
+    number[free] = np.arange(len(free))
+    fields = [each for each in state.fields if hasattr(each, "element_matrices")]
+    stiff = sum(each.matrix(0.0, place, number, len(free)) for each in fields).toarray()
+    root = np.sqrt(np.repeat(state.inertia[free], 3))
+    return np.linalg.eigvalsh(stiff / root / root[:, None])[-1]
