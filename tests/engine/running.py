@@ -61,7 +61,7 @@ def accelerated(state):
     called = operations(frozenset(("force",)), inputs.features)
     net = inputs.net(INTEGRATORS["dop853"])._replace(operations=called)
     OPERATIONS["force"](state.time, x, v, a, power, RecordTable(net))
-    return inputs.layout.outwards(a), power
+    return inputs.outwards(a), power
 
 
 class Bench:

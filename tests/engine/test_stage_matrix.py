@@ -121,7 +121,7 @@ def solved(state, q, residual):
     assert inputs.stage.assemble(q, x, v, net, solver)
     vector = inputs.inwards(residual)
     assert inputs.stage.solve(vector, net, solver)
-    return inputs.layout.outwards(vector)
+    return inputs.outwards(vector)
 
 
 def residuals(state, seed=1):

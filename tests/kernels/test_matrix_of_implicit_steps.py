@@ -142,7 +142,7 @@ class Prepared:
         right = np.random.default_rng(seed).normal(size=(len(self.state.mass), 3))
         vector = self.layout.inwards(right)
         assert kernels.solve(vector, net, self.solver)
-        return self.layout.layout.outwards(vector).ravel(), right.ravel()
+        return self.layout.outwards(vector).ravel(), right.ravel()
 
     def expected(self, right):
         matrix = dense(self.state, self.q)

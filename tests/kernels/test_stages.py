@@ -6,6 +6,7 @@ import pytest
 from tests.validate.scenes import compiled_scene
 from tissuec.compiled.calls import Shipped
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.layout import layout_of
 from tissuec.engine.run_arrays import new_work
 from tissuec.engine.threads import ThreadTeam
 from tissuec.kernels import stages
@@ -36,7 +37,7 @@ def work(request):
     network = compiled_scene(SHEET.replace("ROWS", str(count // 2))).network
     random = np.random.default_rng(4)
     with ThreadTeam(request.param, count) as team:
-        made = new_work(INTEGRATORS["dop853"], network, team.record)
+        made = new_work(INTEGRATORS["dop853"], network, team.record, layout_of(network, 1))
         for vectors in (made.x, made.v, made.a, made.rows):
             vectors[:] = random.normal(size=vectors.shape)
         yield made

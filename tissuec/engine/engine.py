@@ -237,7 +237,7 @@ class Engine:
         x, v, ledger = self._viewed[0].state(time)
         return (
             self.stepper.inputs.positions(x),
-            self.stepper.inputs.motion(v),
+            self.stepper.inputs.outwards(v),
             ledger,
         )
 

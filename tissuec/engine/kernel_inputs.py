@@ -74,6 +74,7 @@ class KernelInputs:
         acting: The springs that act.
         team: The threads that share loops.
         share: Distance of nodes for which lists of near pairs hold, as a part of the longest.
+        evaluation: Predicted time of a force evaluation in the present state, once found [s].
     """
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
@@ -86,6 +87,8 @@ class KernelInputs:
         self.share = 1.0
         self.spring_count = network.spring_count
         self.team = ThreadTeam(self.layout.threads, network.row_count)
+        self.evaluation: float | None = None
+        self._embedding: EmbeddedNodes | None = None  # those with places
         self._solver: Solver | None = None
         self._solver_ids: Indices | None = None  # of the springs that these arrays are for
         self.stage: StageMatrix | None = None
@@ -107,13 +110,13 @@ class KernelInputs:
         """Return positions of all nodes [m], shape (…, node, 3), as ``Layout.of_nodes``."""
         return self.layout.of_nodes(flat)
 
-    def motion(self, flat: Floats) -> Floats:
-        """Return velocities of all nodes and rows, as ``Layout.motion`` does.
+    def outwards(self, flat: Floats) -> Floats:
+        """Return vectors of all nodes and rows, as ``Layout.outwards`` does.
 
         Args:
             flat: In any unit, which the result has, too, shape (…, 3 place).
         """
-        return self.layout.motion(flat)
+        return self.layout.outwards(flat)
 
     @property
     def left_out(self) -> bool:
@@ -158,6 +161,10 @@ class KernelInputs:
     def update(self, state: State) -> None:
         """Update everything that acts in a state, but not positions and velocities."""
         self.state, self.around = state, state.position
+        self.evaluation = None
+        self._embedding = embedding = state.embedding
+        if embedding is not None and len(self._parked):
+            self._embedding = embedding.without(self._parked)
         self.moved, self.still, self.free = state.driven, state.still, state.free
         self.acting.update(state, state.held, self.moved)
         self._inverse = inverse = np.where(self.free, 1.0 / state.divisor, 0.0)
@@ -418,14 +425,8 @@ class KernelInputs:
 
     def embedding(self) -> EmbeddingTable:
         """Return the embedded nodes."""
+        assert self._embedding is not None
         return self._embedding.table(self.layout.place, self.acts(), self.around)
-
-    @property
-    def _embedding(self) -> "EmbeddedNodes":
-        """Return the embedded nodes that have places."""
-        embedding = self.state.embedding
-        assert embedding is not None
-        return embedding.without(self._parked) if len(self._parked) else embedding
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

@@ -15,7 +15,7 @@ from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.core.structs import replace
 from tissuec.engine.spring_runs import RunPlaces, are_shared, places_of
 from tissuec.engine.threads import are_chunks, block_size, useful
-from tissuec.model.network import FRICTION, Floats, Indices, Network, numbers_in
+from tissuec.model.network import FRICTION, Floats, Indices, Network
 from tissuec.model.topology import lower_and_upper
 
 Places = NDArray[np.integer]
@@ -85,8 +85,8 @@ class Layout(Struct, frozen=True, eq=False):
         """Return flat vectors in the order of the network, shape (…, node + row, 3).
 
         Args:
-            flat: In the order of the stepping code and in any unit, shape (…, 3 place); what is
-                left out is 0.
+            flat: In the order of the stepping code and in any unit, shape (…, 3 place); parked
+                nodes have what their hosts have, and rows that are left out 0.
         """
         apart = flat.reshape(*flat.shape[:-1], len(self.order), 3)
         if self.keeps_order:
@@ -95,22 +95,12 @@ class Layout(Struct, frozen=True, eq=False):
         found = apart.take(self.place, axis=-2)
         if len(self.order) < len(self.place):
             found[..., self.place < 0, :] = 0.0
-        return found
-
-    def motion(self, flat: Floats) -> Floats:
-        """Return positions or velocities, of parked nodes as well, shape (…, node + row, 3).
-
-        Args:
-            flat: In any unit, as of ``outwards``.
-        """
-        found = self.outwards(flat)
-        if len(self.parked):
             found[..., self.parked, :] = found[..., self.hosts, :]
         return found
 
     def of_nodes(self, flat: Floats) -> Floats:
-        """Return those of nodes alone, shape (…, node, 3), in their unit; see ``motion``."""
-        return self.motion(flat)[..., : self.nodes, :]
+        """Return those of nodes alone, shape (…, node, 3), in their unit; see ``outwards``."""
+        return self.outwards(flat)[..., : self.nodes, :]
 
     def without(self, rows: Indices, parked: Indices, hosts: Indices) -> "Layout":
         """Return a layout without some rows of internal variables and some nodes.
@@ -141,8 +131,7 @@ def layout_of(network: Network, threads: int) -> Layout:
     # Of bodies, nodes in reserve come last, so that others keep their places when these have
     # none.
     for part in network.phantoms:
-        reserve = np.append(numbers_in(part.nodes), numbers_in(part.riders))
-        order = np.append(order[~np.isin(order, reserve)], reserve)
+        order = np.append(order[~np.isin(order, part.reserved)], part.reserved)
     # Nodes of tools come last, where measures of motion leave them out, after bristles, some
     # of which may be left out.
     bristles = network.remembering(FRICTION)

@@ -219,7 +219,9 @@ class MethodControl:
     def _evaluation_time(self) -> float:
         """Return the predicted time of a force evaluation [s]."""
         inputs = self._stepper.inputs
-        return evaluation_time(inputs.state, len(inputs.springs.ids))
+        if inputs.evaluation is None:
+            inputs.evaluation = evaluation_time(inputs.state, len(inputs.springs.ids))
+        return inputs.evaluation
 
     def _pace(self, state: State) -> tuple[float, float]:
         """Return the fastest rate [1/s] of a state, and the longest step at it [s]."""

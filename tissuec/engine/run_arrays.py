@@ -41,13 +41,13 @@ ROUNDING, LEAST_ROUNDING = 8 * float(np.finfo(float).eps), 0.5 * float(np.finfo(
 
 
 def new_work(
-    integrator: type[Integrator], network: Network, team: Team, layout: Layout | None = None
+    integrator: type[Integrator], network: Network, team: Team, layout: Layout
 ) -> Work:
     """Return arrays of zeros, with the coefficients of an integrator.
 
     Args:
         team: Threads that share loops.
-        layout: Of nodes and internal variables in the arrays; all have places by default.
+        layout: Of nodes and internal variables in the arrays.
     """
     rows = integrator.rows
     return Work(
@@ -78,14 +78,12 @@ def new_work(
     )
 
 
-def _of_nodes(rows: int, network: Network, layout: Layout | None) -> dict[str, Floats]:
+def _of_nodes(rows: int, network: Network, layout: Layout) -> dict[str, Floats]:
     """Return the arrays of zeros of ``Work`` that have a vector or a number for each place."""
-    places, bodies = network.row_count, network.body_nodes
-    if layout is not None:
-        places, bodies = len(layout.order), layout.bodies
-    size, tools = 3 * places, network.node_count - network.body_nodes
+    places, tools = len(layout.order), network.node_count - network.body_nodes
+    size = 3 * places
     return {
-        "moving": aligned_zeros(bodies),
+        "moving": aligned_zeros(layout.bodies),
         "x": aligned_zeros(2, size),
         "v": aligned_zeros(2, size),
         "a": aligned_zeros(2, size),
@@ -410,7 +408,7 @@ class SampleBuffer:
         return Samples(
             time=buffer.time[:count].copy(),
             position=self._inputs.positions(buffer.position[:count]),
-            velocity=self._inputs.motion(buffer.velocity[:count]),
+            velocity=self._inputs.outwards(buffer.velocity[:count]),
             work=buffer.ledger[:count, 0].copy(),
             dissipated=buffer.ledger[:count, 1].copy(),
             error=buffer.error[:count].copy(),

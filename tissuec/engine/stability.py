@@ -97,14 +97,16 @@ def sums_at_nodes(state: State) -> SumsAtNodes:
     behaviour, count = state.springs.behaviour, state.network.node_count
     elongation = lengths(ends, state.position) - behaviour.rest
 
+    coupling, free, divisor = state.coupling, state.free, state.divisor
+
     def at_nodes(each: Floats) -> Floats:
         each = np.where(alive, each, 0.0)
         if not each.any():
             return np.zeros(count)
         both = np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count)
-        if state.coupling is not None:
-            both = state.coupling.shared(both)
-        return np.where(state.free, both / state.divisor, 0.0)
+        if coupling is not None:
+            both = coupling.shared(both)
+        return np.where(free, both / divisor, 0.0)
 
     return SumsAtNodes(
         at_nodes(behaviour.sluggishness(elongation, 0.0 * elongation)),

@@ -52,7 +52,7 @@ class StageMatrix:
 
     def __init__(self, state: State, layout: Layout):
         self._state, self._layout, free = state, layout, state.free
-        self._free, self._embedding = np.flatnonzero(free), state.embedding
+        self._free, self._embedding = np.flatnonzero(free), state.coupling
         self._number = number = np.where(free, np.cumsum(free) - 1, -1)
         self._reduction = None  # T with x = T x_free of free and embedded nodes that move
         if self._embedding is not None:

@@ -165,7 +165,7 @@ class Stepper:
         now, work = self.progress, self.work
         state.time = now.time
         state.position[:] = self.inputs.positions(work.x[now.current])
-        state.velocity[:] = self.inputs.motion(work.v[now.current])
+        state.velocity[:] = self.inputs.outwards(work.v[now.current])
         state.keep_rest()
 
     def update(self, **changes: Any) -> None:
@@ -319,10 +319,10 @@ class Stepper:
         self.progress = self.buffer.set_aside(self.progress)
         places = {
             "x": inputs.positions(work.x[now]),
-            "v": inputs.motion(work.v[now]),
-            "a": inputs.motion(work.a[now]),
+            "v": inputs.outwards(work.v[now]),
+            "a": inputs.outwards(work.a[now]),
             "origin": inputs.positions(work.origin),
-            "drift": inputs.motion(work.drift),
+            "drift": inputs.outwards(work.drift),
         }
         change()
         moved = {name: inputs.inwards(vectors) for name, vectors in places.items()}
@@ -396,7 +396,7 @@ class Stepper:
         self.update(leeway=leeway)
         if leeway == np.inf:
             return
-        velocity = inputs.motion(work.v[now.current])
+        velocity = inputs.outwards(work.v[now.current])
         drift = np.zeros_like(velocity)
         for body in self.network.bodies:
             drift[body.nodes] = velocity[body.nodes].mean(axis=0)

@@ -159,7 +159,7 @@ def _may_hold(stepper: Stepper, survey: Survey) -> bool:
     if not stepper.progress.glanced:
         return False
     position = inputs.positions(buffer.glance_position[found])
-    velocity = inputs.motion(buffer.glance_velocity[found])
+    velocity = inputs.outwards(buffer.glance_velocity[found])
     return survey(buffer.glance_time[found], position, velocity)
 
 
@@ -239,11 +239,11 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
         watch: The condition.
         stop: Time in the step [s].
     """
-    positions, motion = stepper.inputs.positions, stepper.inputs.motion
+    positions, outwards = stepper.inputs.positions, stepper.inputs.outwards
 
     def holds(when: float) -> bool:
         x, v, _ = within.state(when)
-        return watch(when, positions(x), motion(v))
+        return watch(when, positions(x), outwards(v))
 
     before, buffer = within.start, stepper.buffer.buffer
     resolution = max(RESOLUTION * (stop - before), 1e-15 * stepper.method.duration)
@@ -253,7 +253,7 @@ def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) 
     for row in np.flatnonzero((times > before) & (times < stop)):
         when, x, v = float(times[row]), buffer.glance_position[row], buffer.glance_velocity[row]
         # A glance is cheap and a little wrong; what it finds is examined closely.
-        if watch(when, positions(x), motion(v)) and holds(when):
+        if watch(when, positions(x), outwards(v)) and holds(when):
             return bisect(holds, before, when, resolution)
         before = when
     return bisect(holds, before, stop, resolution) if holds(stop) else None

@@ -605,7 +605,8 @@ class State(Struct, eq=False):
         embedding = self.embedding
         if embedding is None or self.shares is None:
             return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-        own = (embedding.counts == 1) & (self.shares[embedding.nodes] == 0.0)
+        # Copies of glued nodes have several hosts.
+        own = (embedding.counts == 1) & self._unused[embedding.nodes]
         return embedding.nodes[own], embedding.hosts[embedding.first[:-1][own]]
 
     @property
@@ -614,11 +615,17 @@ class State(Struct, eq=False):
         embedding = self.embedding
         if embedding is None or self.shares is None:
             return embedding
+        left = embedding.without(np.flatnonzero(self._unused))
+        return left if len(left.nodes) else None
+
+    @property
+    def _unused(self) -> NDArray[np.bool_]:
+        """Return which nodes are in reserve, and no cut has used them yet, shape (node,)."""
+        assert self.shares is not None
         unused = self.shares == 0.0
         if self.riders is not None:
             unused[self.riders[self.riders >= 0]] = False
-        left = embedding.without(np.flatnonzero(unused))
-        return left if len(left.nodes) else None
+        return unused
 
     @property
     def outer(self) -> tuple[Nodal, ...]:

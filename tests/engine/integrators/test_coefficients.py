@@ -248,7 +248,7 @@ def amplified(z, reach):
     OPERATIONS["force"](0.0, work.x[0], work.v[0], work.a[0], work.power[1], net)
     work.rate[0] = reach
     interpreter(INTEGRATORS["rkc2"]).bind(rkc2.step)(0.0, 1.0, 0, work, net)
-    return bench.engine.stepper.inputs.layout.outwards(work.v[1])[:, 0]
+    return bench.engine.stepper.inputs.outwards(work.v[1])[:, 0]
 
 
 REACHES = (0.0, 1.0, 3.0, 10.0, 100.0, 1000.0, 0.65 * rkc2.MOST_STAGES**2)
