@@ -253,3 +253,8 @@ def test_an_edge_is_seen_once(run):
     moments = Moments.of(result, np.arange(len(result.times)))
     assert [one.name for one in solids(moments)] == ["knife"]
     assert not any(one.name == "knife" for one in courses(moments))
+
+
+def test_a_gap_that_a_scalpel_cuts_is_not_said_to_be_none():
+    text = scene().replace("output {", "output { gap(block) every 1 ms;")
+    assert not findings_of(text)

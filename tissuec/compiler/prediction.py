@@ -22,7 +22,7 @@ from tissuec.model.topology import join_nodes_of
 from tissuec.results.size import ForeseenEvents, file_size
 from tissuec.script.plan import EQUILIBRIUM, Plan
 from tissuec.script.procedures import stated
-from tissuec.script.verbs.cut import Cut
+from tissuec.script.verbs import Dividing, follows
 from tissuec.script.verbs.tie import Tie
 
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
@@ -137,7 +137,7 @@ def _foreseen(plan: Plan) -> ForeseenEvents:
     for event in plan.events:
         duration: float | None = getattr(event.action, "duration", None)
         times |= {event.time, event.time + (duration or 0.0)}
-    cuts = {e.time for e in plan.events if isinstance(e.action, Cut) and 0.0 < e.time <= end}
+    cuts = {e.time for e in plan.events if follows(e.action, Dividing) and 0.0 < e.time <= end}
     # Each condition is expected to become true once, springs that can break to do so once, and
     # each knot to slip and to hold again once.
     knots = sum(isinstance(event.action, Tie) for event in plan.events)

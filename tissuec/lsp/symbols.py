@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.program.declarations import Declarations, Declared, without
-from tissuec.script.tools import CUTTING, TOOLS, grasping
+from tissuec.script.tools import GROUPS, TOOLS, kinds_in
 
 
 class Symbol(Struct, frozen=True):
@@ -75,9 +75,8 @@ def _sorts_of_tool(items: Iterable[s.Item]) -> tuple[str, ...]:
     )
     kind = next(said, "")
     kinds = (kind,) if kind in TOOLS else tuple(TOOLS)
-    holds = ("grasping",) if kind in grasping() or kind not in TOOLS else ()
-    cuts = ("cutting",) if kind in CUTTING or kind not in TOOLS else ()
-    return (*kinds, *cuts) if kind == "scissors" else (*kinds, *holds, *cuts, "holding")
+    groups = tuple(one for one in GROUPS if kind not in TOOLS or kind in kinds_in(one))
+    return (*kinds, *groups) if kind == "scissors" else (*kinds, *groups, "holding")
 
 
 def _inside(kind: str, declared: Declared) -> Iterator[Symbol]:

@@ -193,6 +193,11 @@ class ToolShape(NamedTuple):
     kind: str
     radius: float
 
+    @property
+    def seen_as(self) -> str:
+        """Return the kind that it is drawn as: an edge is a thin capsule."""
+        return "capsule" if self.kind == "edge" else self.kind
+
 
 class ToolPart(Struct, frozen=True):
     """Nodes that carry the shapes of a tool, two each, and its kind."""

@@ -25,7 +25,7 @@ from tissuec.scene.tissues.known_curves import KnownCurve
 from tissuec.scene.tissues.quantities import LEFT_OUT, STIFFENING, Spread, TissueQuantity
 from tissuec.scene.words.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
-from tissuec.script.tools import Shape, ToolKind, grasping
+from tissuec.script.tools import Shape, ToolKind, kinds_in
 
 if TYPE_CHECKING:
     from tissuec.scene.bodies.fibres import Direction
@@ -447,7 +447,7 @@ class Tool(Struct, frozen=True):
 
         One that is wrong may have had a shape.
         """
-        return bool(self.shapes) or self.kind in grasping() or self.entries is None
+        return bool(self.shapes) or self.kind in kinds_in("grasping") or self.entries is None
 
     def may_be(self, kind: str) -> bool:
         """Return whether this tool is of a kind, as far as its kind is known."""

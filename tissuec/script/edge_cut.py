@@ -107,6 +107,11 @@ class EdgeCut(Struct, frozen=True, eq=False):
             )
         return ""
 
+    def lines_within(self, network: Network) -> Indices:
+        """Return the edges that it may cut, shape (n,)."""
+        body = next(each for each in network.bodies if each.name == self.body)
+        return numbers_in(body.lines)
+
     @property
     def key(self) -> str:
         """Return the key of its ``EdgeWay`` in the state, and the name of its block."""

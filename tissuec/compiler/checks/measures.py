@@ -22,8 +22,7 @@ from tissuec.model.blocks import OF_ELEMENTS
 from tissuec.model.topology import pieces
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.needs import NEEDS
-from tissuec.script.verbs import Action, Group
-from tissuec.script.verbs.cut import Cut
+from tissuec.script.verbs import Action, Dividing, Group, follows
 from tissuec.script.verbs.holding import nodes_held_by
 from tissuec.script.verbs.irrigate import Irrigate
 from tissuec.script.verbs.preserve import Inflate, Preserve
@@ -197,8 +196,8 @@ def _divides(compiled: Compiled, subject: Subject) -> bool:
     own &= piece[ends[:, 0]] == piece[subject.nodes[0]]
     divided = breakable_entities(compiled)
     for event in compiled.plan.every_event:
-        if isinstance(event.action, Cut):
-            divided[event.action.group.indices] = True
+        if follows(event.action, Dividing):
+            divided[event.action.lines_within(network)] = True
     return bool(divided[: network.line_count][own].any())
 
 

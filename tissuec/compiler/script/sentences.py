@@ -27,7 +27,7 @@ from tissuec.script.parts import (
     ToolClause,
     VectorClause,
 )
-from tissuec.script.tools import CUTTING, grasping
+from tissuec.script.tools import kinds_in
 from tissuec.script.verbs import Action, Group, Mover
 
 #: Words for directions, as signs of z.
@@ -191,8 +191,7 @@ class SentenceOrder(ClauseReader):
         if name.key not in self.tools:
             self._reject_tool(name, f'there is no tool called "{name.text}"')
         tool = self.tools[name.key]
-        groups = {"grasping": grasping, "cutting": lambda: CUTTING}
-        kinds = groups[part.kind]() if part.kind in groups else (part.kind,)
+        kinds = kinds_in(part.kind)
         place = self.clauses[part.word].span if part.word else name.span
         self._check_kind(tool, kinds, part.word, place)
         if not part.entries:

@@ -140,8 +140,7 @@ def _shape(scenery: Scenery, name: str, shape: ToolShape, points: Floats) -> Cou
         origin = middle - ((middle - origin) * axis).sum(axis=1, keepdims=True) * axis
     axes = np.stack([frame_along(one) for one in axis])
     always = (float(scenery.moments.times[0]), np.inf)
-    kind = "capsule" if shape.kind == "edge" else shape.kind
-    return Course(kind, name, size, always, origin, axes, setting / size)
+    return Course(shape.seen_as, name, size, always, origin, axes, setting / size)
 
 
 def _middle(scenery: Scenery, row: int) -> Floats:

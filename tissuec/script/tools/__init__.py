@@ -101,13 +101,18 @@ class NamedTool(HandTool, frozen=True, eq=False, kw_only=True):
 TOOLS: Family[type[ToolKind]] = Family("tissuec.script.tools", "tool")
 
 
-def grasping() -> tuple[str, ...]:
-    """Return the kinds of tools that hold nodes by name."""
-    return tuple(kind for kind in TOOLS if getattr(TOOLS[kind], "grasps", False))
+#: Groups of kinds that sentences can name instead of a kind.
+GROUPS = ("grasping", "cutting")
 
 
-#: Kinds of tools that can be named in a cut.
-CUTTING = ("scissors", "scalpel")
+def kinds_in(group: str) -> tuple[str, ...]:
+    """Return the kinds of tools in a group; the kind itself where it is none.
+
+    Tools of "grasping" hold nodes by name, those of "cutting" can be named in a cut.
+    """
+    if group == "grasping":
+        return tuple(kind for kind in TOOLS if getattr(TOOLS[kind], "grasps", False))
+    return ("scissors", "scalpel") if group == "cutting" else (group,)
 
 
 #: Kinds by a name in small letters, the best one first.

@@ -103,6 +103,15 @@ class Breaking(Protocol):
         ...
 
 
+@runtime_checkable
+class Dividing(Protocol):
+    """An action that may cut springs and edges of elements."""
+
+    def lines_within(self, network: Network) -> Indices:
+        """Return the springs and edges that it may cut, shape (n,)."""
+        ...
+
+
 def follows(action: Action, protocol: type[T]) -> TypeGuard[T]:
     """Return whether an action has the members of a protocol such as ``Breaking``.
 

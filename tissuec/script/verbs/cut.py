@@ -8,7 +8,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import (
@@ -187,6 +187,10 @@ class Cut(Struct, frozen=True):
     duration: float | None  # [s]
     span: Span
     tool: str = ""
+
+    def lines_within(self, network: Network) -> Indices:
+        """Return the springs and edges that it may cut, shape (n,)."""
+        return self.group.indices
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         name, blade = self.group.name, self.blade

@@ -87,7 +87,7 @@ class ToolSolid(Struct, frozen=True):
     """A shape of a tool.
 
     Attributes:
-        kind: "capsule", "plane", "opening" or "edge".
+        kind: "capsule", "plane" or "opening".
         radius: [m].
         points: The two points that carry it.
         name: Of the tool.

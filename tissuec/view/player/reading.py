@@ -341,7 +341,7 @@ def _solids(trajectory: Trajectory, nodes: int) -> tuple[ToolSolid, ...]:
     shapes = [(tool, shape) for tool in trajectory.network.tools for shape in tool.shapes]
     return tuple(
         ToolSolid(
-            shape.kind, shape.radius, (nodes + 2 * number, nodes + 2 * number + 1), tool.name
+            shape.seen_as, shape.radius, (nodes + 2 * number, nodes + 2 * number + 1), tool.name
         )
         for number, (tool, shape) in enumerate(shapes)
     )
