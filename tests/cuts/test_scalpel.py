@@ -10,11 +10,14 @@ from tests.cuts.scenes import cut_faces, tied_area
 from tests.validate.scenes import compiled_scene, validated
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
 from tissuec.forces.acting.cutting_edges import CuttingEdge
 from tissuec.geometry.cut_cells.sections import facet_sizes
 from tissuec.model.topology import pieces
+from tissuec.pipeline import check_request
 from tissuec.results.instruments.courses import courses, solids
 from tissuec.results.moments import Moments
+from tissuec.scene.request import Request
 from tissuec.validate.forces.cutting_edges import PushingEdge
 
 RESISTANCE, WIDTH = 50.0, 10e-3
@@ -257,4 +260,4 @@ def test_an_edge_is_seen_once(run):
 
 def test_a_gap_that_a_scalpel_cuts_is_not_said_to_be_none():
     text = scene().replace("output {", "output { gap(block) every 1 ms;")
-    assert not findings_of(text)
+    assert not check_request(Request(Source("x.tis", text)))[1]

@@ -70,6 +70,7 @@ SCENES = {
         "edge",
         "turn",
         "glue",
+        "cut",
         "press",
         "contact",
         "rub",
@@ -115,6 +116,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.acting.symmetry_kernel": None,
     "tissuec.forces.acting.embedding_kernel": None,
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
+    "tissuec.forces.solids.ties": ("_sums", "_tie", "_softening"),
     "tissuec.forces.solids.isochoric": ("isochoric", "falling", "folded", "paired"),
     "tissuec.forces.solids.solid_point": OF_SOLIDS,
     "tissuec.forces.surfaces.plane_point": (

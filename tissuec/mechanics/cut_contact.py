@@ -25,9 +25,9 @@ from tissuec.forces.contact.sides import Meetings
 from tissuec.geometry.elements import TriangleRule, even, fourth_degree
 from tissuec.geometry.inclusion import shared_elements
 from tissuec.geometry.nearest import CAPSULE, TRIANGLE
-from tissuec.mechanics.cut_surfaces import NotDivisible
 from tissuec.model.cut_cells import PartTriangles
 from tissuec.model.network import FRICTION, Floats, Indices, Network
+from tissuec.model.phantoms import NotDivisible
 
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State

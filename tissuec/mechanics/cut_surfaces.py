@@ -16,7 +16,7 @@ from tissuec.forces.acting.embedding import EmbeddedNodes
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.cut_cells import CutCells, PartTriangles
 from tissuec.model.network import Indices, MirrorPlane, Network, numbers_in
-from tissuec.model.phantoms import Phantoms
+from tissuec.model.phantoms import NotDivisible, Phantoms
 
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State
@@ -25,10 +25,6 @@ if TYPE_CHECKING:
 #: Largest distance of the middle of a part from its triangle, over the size of the triangle:
 #: faces of four corners are warped.
 NEAR = 0.2
-
-
-class NotDivisible(Exception):
-    """A body cannot be divided further, with the reason as a sentence."""
 
 
 def riders_of(
@@ -58,11 +54,12 @@ def riders_of(
     return riders
 
 
-def let_ride(state: "State", riders: Indices) -> None:
+def let_ride(state: "State", riders: Indices, copies: Indices) -> None:
     """Embed riders in the nodes of parts, and park those that are free again.
 
     Args:
         riders: Of the riding points of the state, see ``riders_of``, shape (point,).
+        copies: Phantom nodes that are nodes of their own from now on, shape (n,).
     """
     drawn, embedding, network = state.cut_cells, state.embedding, state.network
     assert drawn is not None
@@ -71,7 +68,7 @@ def let_ride(state: "State", riders: Indices) -> None:
     begins = riders >= 0
     begins[: len(former)] &= former < 0
     freed = np.setdiff1d(former[former >= 0], riders)
-    left = embedding.without(np.concatenate([freed, riders[begins]]))
+    left = embedding.without(np.concatenate([copies, freed, riders[begins]]))
     left = left.joined_with(EmbeddedNodes.alone(freed, network.parents[freed]))
     sums = drawn.points.some(begins)
     left = left.joined_with(
@@ -102,10 +99,8 @@ def part_triangles(state: "State") -> PartTriangles:
 def _with_riders(state: "State", plane: MirrorPlane) -> MirrorPlane:
     """Return a plane of symmetry with the copies of its nodes, and the riders on it."""
     on = np.isin(state.network.parents, plane.nodes)
-    embedding, phantoms = state.embedding, state.network.phantoms
+    embedding = state.embedding
     assert embedding is not None
-    for part in phantoms:
-        on[part.riders] = False
     on[embedding.nodes] = ~embedding.any_of(~on)
     return replace(plane, nodes=np.flatnonzero(on))
 

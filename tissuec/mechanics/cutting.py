@@ -23,13 +23,12 @@ from tissuec.geometry.elements import Measures
 from tissuec.mechanics.cut_body import CutBody
 from tissuec.mechanics.cut_effects import on_parts
 from tissuec.mechanics.cut_fields import field_of, measures_of, put_bending, volumes_at_nodes
-from tissuec.mechanics.cut_surfaces import NotDivisible, let_ride, riders_of
-from tissuec.mechanics.tying import TiedSections, put_ties
-from tissuec.model.blocks import EMBEDDING, FieldBlock
+from tissuec.mechanics.cut_surfaces import let_ride, riders_of
+from tissuec.mechanics.tying import TiedSections
 from tissuec.model.cut_cells import CutCells, WeightedSums
 from tissuec.model.edges import bare_edges
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.phantoms import Phantoms
+from tissuec.model.phantoms import NotDivisible, Phantoms
 
 if TYPE_CHECKING:
     from tissuec.forces.point_fields import PointField
@@ -45,7 +44,6 @@ class Division(Struct, frozen=True, eq=False):
     Attributes:
         phantoms: The reserve of the body.
         body: Its elements after the cut.
-        source: Of each part, its number before among those of its shape, shape (part,) each.
         moved: Places of internal variables that are copied, and of their copies, among the
             components of all velocities, shape (2, n).
         is_new: Which parts are new, shape (part,) each.
@@ -62,7 +60,6 @@ class Division(Struct, frozen=True, eq=False):
 
     phantoms: Phantoms
     body: CutBody
-    source: tuple[Indices, ...]
     moved: Indices
     is_new: tuple[Bools, ...]
     lost: Indices
@@ -139,7 +136,7 @@ def divided(
     measured = tuple(measures_of(*one, place) for one in zip(fields, own, strict=True))
     division = Division(
         phantoms, CutBody(parts, tuple(entities), tuple(slots), used, stored),
-        found.source, np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
+        np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
         copies, found.copied, measured, found.cut, pair[:, 0] != pair[:, 1], tied,
         CutCells.none(state.network.node_count), np.zeros(0, dtype=np.int64),
     )  # fmt: skip
@@ -228,7 +225,6 @@ def carry_out(state: "State", division: Division) -> None:
     flat = state.velocity.reshape(-1)
     flat[division.moved[1]] = flat[division.moved[0]]
     state.alive = division.alive_after(state.alive)
-    _release(state, copies)
     fields = network.elements_of(phantoms.body)
     body = division.body
     for each in zip(
@@ -237,12 +233,34 @@ def carry_out(state: "State", division: Division) -> None:
         _put_elements(state, *each)
         put_bending(state, phantoms.body, *each[1:3])
     state.cut_bodies = {**state.cut_bodies, phantoms.body: division.body}
-    if division.tied is not None:
-        put_ties(state, phantoms.body, division.tied)
     state.cut_cells = division.drawn
-    let_ride(state, division.riders)
+    let_ride(state, division.riders, copies)
     _extend_sets(state, copies, copied)
-    state.put(*(on_parts(state, block) for block in state.blocks.values()))
+    state.put(*on_parts(state, tuple(state.blocks.values())))
+
+
+def carry_out_tied(
+    state: "State", division: Division, heights: Floats
+) -> tuple[TiedSections, TiedSections, Indices]:
+    """Divide the elements of a body; the state is changed in place, but for its ties.
+
+    Args:
+        heights: Of all nodes above the surface [m], shape (node,).
+
+    Returns:
+        What is tied of former cuts, all sections of this one, and edges that are lost, shape
+        (n,).
+    """
+    heights = heights.copy()
+    heights[division.copies] = heights[division.copied]
+    carry_out(state, division)
+    edges = part_edges(state, division.lost, heights)
+    body = division.body, division.triangles
+    new = TiedSections.of(state.network, division.phantoms.body, *body, heights)
+    old = division.tied
+    if old is None:
+        old = TiedSections.none(len(heights), new.roots.shape[2])
+    return old, new, edges
 
 
 def part_edges(state: "State", lost: Indices, heights: Floats) -> Indices:
@@ -261,15 +279,6 @@ def part_edges(state: "State", lost: Indices, heights: Floats) -> Indices:
     edges = edges[ahead.any(axis=1) & ~ahead.all(axis=1)]
     state.alive[edges] = False
     return edges
-
-
-def _release(state: "State", copies: Indices) -> None:
-    """Make copies nodes of their own."""
-    embedding = state.embedding
-    assert embedding is not None
-    left = embedding.without(copies)
-    block = FieldBlock(EMBEDDING, EMBEDDING, left, None)
-    (state.put if len(left.nodes) else state.remove)(block)
 
 
 def _put_elements(

@@ -26,7 +26,7 @@ from tissuec.core.structs import replace
 from tissuec.forces.solids.element_limits import BreakableElements
 from tissuec.geometry.cut_cells.cutting import near_heights
 from tissuec.mechanics.cut_body import CutBody
-from tissuec.mechanics.cutting import carry_out, divided, part_edges
+from tissuec.mechanics.cutting import carry_out_tied, divided
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.network import Floats, Indices
 from tissuec.model.torn import Torn
@@ -366,16 +366,10 @@ class TearFront:
         if found is None:
             put_ties(state, self.name, replace(self.tied, heights=heights))
             return Torn(none, none)
-        after = heights.copy()
-        after[found.copies] = after[found.copied]
-        carry_out(state, found)
-        network = state.network
-        new = TiedSections.of(network, self.name, found.body, found.triangles, after)
-        old = found.tied or TiedSections.none(len(after), 4)
+        old, new, edges = carry_out_tied(state, found, heights)
         tied = old.followed_by(new.some(new.is_gradual), found.body)
-        put_ties(state, self.name, replace(tied, heights=after))
+        put_ties(state, self.name, replace(tied, heights=new.heights))
         alone = new.some(~new.is_gradual).entities[:, 0]
-        edges = part_edges(state, found.lost, after)
         return Torn(_drawn_entities(state, self.name, found.body, alone), edges)
 
 

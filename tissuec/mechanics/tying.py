@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
+ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface are from it
 #: Largest opening of ties of tissue that tears at once, over that at which they begin to.
 SUDDEN = 1.01
 _COLUMNS = (
@@ -216,6 +217,15 @@ class TiedSections(Struct, frozen=True, eq=False):
         ends = np.take_along_axis(self.nodes(body), self.roots, axis=2)
         return (self.shares @ heights[ends][..., None])[..., 0]
 
+    def are_on(self, body: CutBody, heights: Floats) -> Bools:
+        """Return which triangles lie in a surface, shape (triangle,); NaN is nowhere.
+
+        Args:
+            heights: Of all nodes above it [m], shape (node,).
+        """
+        away = np.abs(self.linear(body, heights)).max(axis=(1, 2))
+        return np.asarray(away < ON_SURFACE * self.size)
+
     def _of_kind(self, body: CutBody, kind: int) -> tuple[Bools, Indices]:
         """Return which sides are parts of a shape, shape (triangle, 2), and their rows."""
         here = np.isin(self.entities, body.entities[kind])
@@ -305,8 +315,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         """Return their areas as drawn [m²], shape (triangle,)."""
         sizes = facet_sizes(self.values(body, network.position)[:, 0])
         if isinstance(wall := network.elements_of(name)[0], Membranes):
-            _, row = self._of_kind(body, 0)
-            return sizes * wall.thickness[body.parts[0].cell[row[::2]]]
+            return sizes * self.of_parts(body, [wall.thickness[body.parts[0].cell]])[:, 0]
         return sizes
 
 

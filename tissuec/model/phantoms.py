@@ -18,6 +18,10 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 
+class NotDivisible(Exception):
+    """A body cannot be divided further, with the reason as a sentence."""
+
+
 class Reserve(NamedTuple):
     """Numbers of what a body has in reserve for cuts.
 

@@ -7,7 +7,7 @@ import numpy as np
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
 from tissuec.model.torn import Torn
-from tissuec.script.verbs import ActionFailed
+from tissuec.script.verbs import stopping
 
 
 class Broken(NamedTuple):
@@ -48,10 +48,7 @@ def break_apart(state: State, broken: Indices) -> Broken:
 
 def _torn(state: State, name: str, broken: Indices) -> Torn:
     """Let a body tear; see ``mechanics.tearing.tear``."""
-    from tissuec.mechanics.cut_surfaces import NotDivisible  # where there are solids
-    from tissuec.mechanics.tearing import tear
+    from tissuec.mechanics.tearing import tear  # where there are solids
 
-    try:
+    with stopping(state.network.elements_of(name)[0].span):
         return tear(state, name, broken)
-    except NotDivisible as error:
-        raise ActionFailed(str(error), None, state.network.elements_of(name)[0].span) from error

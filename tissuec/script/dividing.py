@@ -18,7 +18,6 @@ from tissuec.core.arrays import SAME_PLACE
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.geometry.blade_sections import (
-    SectionWidths,
     beyond,
     met_edges,
     parts_of_lines,
@@ -29,15 +28,19 @@ from tissuec.geometry.cut_cells.parts import CellParts
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.mechanics.cut_body import CutBody
 from tissuec.mechanics.cut_fields import facet_areas
-from tissuec.mechanics.cut_surfaces import NotDivisible
-from tissuec.mechanics.cutting import Division, carry_out, divided, part_edges
+from tissuec.mechanics.cutting import Division, carry_out_tied, divided
 from tissuec.mechanics.tearing import set_limits
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent
+from tissuec.script.verbs import EventQueue, LoggedEvent, stopping
 from tissuec.script.verbs.closing import begin_closing, cut_event
-from tissuec.script.verbs.cut_surface import Blade, CutSurface, surface_of_lines
+from tissuec.script.verbs.cut_surface import (
+    Blade,
+    CutSurface,
+    surface_of_lines,
+    surface_of_polygons,
+)
 from tissuec.script.verbs.holding import sentence
 
 if TYPE_CHECKING:
@@ -50,7 +53,6 @@ Bools = NDArray[np.bool_]
 LEAST_SHARE = 1e-9
 #: Of the size of an element: how far a blade may be from a tied section that it continues.
 CONTINUED = 0.1
-ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface are from it
 STEPS = 4  # of a blade that closes, on the length of a section
 MOST_STEPS = 4096
 
@@ -116,9 +118,7 @@ class BladeWay(Struct, frozen=True, eq=False):
     def of(cls, state: "State", body: str, blade: Blade) -> "BladeWay | None":
         """Return a blade as the body lies now; None if it divides nothing."""
         before = CutBody.of(state, body)
-        per_metre = np.linalg.pinv(blade.spans)
-        plain = (state.position - blade.origin) @ per_metre
-        heights = (state.position - blade.origin) @ blade.normal
+        plain, heights = blade.plain(state.position), blade.heights(state.position)
         tied = state.tied.get(body)
         if tied is not None:
             heights = continued(tied.existing(before), before, heights)
@@ -168,17 +168,11 @@ class BladeWay(Struct, frozen=True, eq=False):
     @property
     def surface(self) -> CutSurface:
         """Return the part of the sections within the blade, triangle by triangle."""
-        limited = self.blade.limited
-        areas, resistance = self.areas, self.resistance
+        known = self.areas, self.sections
         if (own := self.lines) is not None:
-            known = areas, self.sections, own.ends, own.thickness, resistance
-            return surface_of_lines(*known, self.blade)
-        if any(limited):
-            areas = areas * shares_of_polygons(self.sections, limited)
-        energies = areas * resistance
-        if not limited[0]:
-            return CutSurface.even(areas, energies, 0.0, 1.0)
-        return CutSurface.of_widths(areas, energies, SectionWidths.of(self.sections, limited))
+            ends = own.ends, own.thickness
+            return surface_of_lines(*known, *ends, self.resistance, self.blade)
+        return surface_of_polygons(*known, self.resistance, self.blade)
 
     def taken(self, share: float) -> tuple[float, float]:
         """Return the area [m²] and energy [J] of what lies up to a share of the edge."""
@@ -221,17 +215,13 @@ class BladeWay(Struct, frozen=True, eq=False):
 
     def parting(self, tied: TiedSections, body: CutBody, share: float) -> TiedSections:
         """Return the sections still tied when the blade has come to a share of its edge."""
-        away = np.abs(tied.linear(body, self.heights)).max(axis=(1, 2))
-        own = np.flatnonzero(away < ON_SURFACE * tied.size)
-        if not len(own):
+        are_own = tied.are_on(body, self.heights)
+        if not are_own.any():
             return tied
-        mine = tied.some(own)
-        plain = mine.values(body, self.plain).mean(axis=1)
-        which, shares = beyond(plain, self.blade.limited, share)
-        stays = np.ones(len(tied), dtype=bool)
-        stays[own] = False
-        left = mine.parts_of(which, shares)
-        return tied.some(stays).followed_by(left, body)
+        own = tied.some(are_own)
+        plain = own.values(body, self.plain).mean(axis=1)
+        left = own.parts_of(*beyond(plain, self.blade.limited, share))
+        return tied.some(~are_own).followed_by(left, body)
 
 
 def continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
@@ -268,14 +258,8 @@ def tied_apart(
         Heights with those of copies, what is tied, which is not in the state yet, and what is
         lost, shape (n,).
     """
-    heights = heights.copy()
-    heights[division.copies] = heights[division.copied]
-    carry_out(state, division)
-    lost = np.union1d(division.lost, part_edges(state, division.lost, heights))
-    after = division.body, division.triangles
-    new = TiedSections.of(state.network, division.phantoms.body, *after, heights)
-    none = TiedSections.none(len(heights), new.roots.shape[2])
-    return heights, (division.tied or none).followed_by(new, division.body), lost
+    old, new, edges = carry_out_tied(state, division, heights)
+    return new.heights, old.followed_by(new, division.body), np.union1d(division.lost, edges)
 
 
 def among(body: CutBody, entities: Indices) -> tuple[Bools, ...]:
@@ -305,7 +289,7 @@ def met_sections(
     crossed = np.flatnonzero((ahead.any(axis=1) & ~ahead.all(axis=1)) | touches)
     own, side = corners[crossed], np.where(touches[crossed], -1.0, 1.0)[:, None]
     met = met_edges(position[own], parts.division.edges, side * heights[own], blade.normal, 0.0)
-    plain = (met.mixed(position[own]) - blade.origin) @ np.linalg.pinv(blade.spans)
+    plain = blade.plain(met.mixed(position[own]))
     covered, ends = np.ones(len(crossed)), np.zeros((2, len(crossed)))
     if any(blade.limited) and len(crossed):
         covered = _within(plain, blade.limited)
@@ -404,15 +388,23 @@ class ElementCut(Struct, frozen=True, eq=False):
         before, after = way.taken(way.reached), way.taken(share)
         area, energy = after[0] - before[0], after[1] - before[1]
         is_first = self.body not in state.cut_bodies
-        try:
+        with stopping(self.span):
             division = way.until(state, share)
             rest, lost = way.divide(state, division, share)
-        except NotDivisible as error:
-            raise ActionFailed(str(error), None, self.span) from error
         if division is None and area == 0.0:
             return rest, ()
         event = cut_event(self.span, lost, area, energy)
-        if division is None or state.contact is None or not is_first:
-            return rest, (event,)
-        note = f"{sentence(self.span)}: the two sides of a cut do not touch each other"
-        return rest, (event, LoggedEvent("note", (), note, self.span))
+        return rest, (event, *(untouched_sides(state, self.span) if is_first else ()))
+
+
+def untouched_sides(state: "State", span: Span) -> tuple[LoggedEvent, ...]:
+    """Return a note about the first cut of a body, if there is contact.
+
+    Args:
+        state: After the cut.
+        span: The sentence.
+    """
+    if state.contact is None:
+        return ()
+    note = f"{sentence(span)}: the two sides of a cut do not touch each other"
+    return (LoggedEvent("note", (), note, span),)

@@ -23,7 +23,6 @@ from tissuec.geometry.blade_sections import beyond
 from tissuec.geometry.cut_cells.cutting import near_heights
 from tissuec.geometry.moving_edges import EdgeFront, EdgePlane, Stations
 from tissuec.mechanics.cut_body import CutBody
-from tissuec.mechanics.cut_surfaces import NotDivisible
 from tissuec.mechanics.cutting import divided
 from tissuec.mechanics.tearing import set_limits
 from tissuec.mechanics.tying import TiedSections, put_ties
@@ -31,14 +30,14 @@ from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network, ToolPart, numbers_in
 from tissuec.script.dividing import (
     LEAST_SHARE,
-    ON_SURFACE,
     among,
     continued,
     met_sections,
     resistances,
     tied_apart,
+    untouched_sides,
 )
-from tissuec.script.verbs import CHANGED, ActionFailed, EventQueue, Flaw, LoggedEvent
+from tissuec.script.verbs import CHANGED, EventQueue, Flaw, LoggedEvent, stopping
 from tissuec.script.verbs.closing import cut_event
 from tissuec.script.verbs.cut_surface import stroke
 from tissuec.script.verbs.holding import sentence
@@ -181,6 +180,7 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
         """
         way: EdgeWay = state.blades[self.cut.key]
         stored, before = self._stored(state), way.area
+        is_first = self.cut.body not in state.cut_bodies
         way, lost = self._advanced(state, way, state.position[self.ends])
         ends = state.time >= self.stop
         if ends:
@@ -189,6 +189,7 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
         if way.area > before or len(lost):
             spent = stored - self._stored(state)
             events.append(cut_event(self.span, lost, way.area - before, spent))
+            events.extend(untouched_sides(state, self.span) if is_first else ())
         else:
             events.append(LoggedEvent(CHANGED, (), "", self.span))
         if not ends:
@@ -223,8 +224,7 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
             return way, lost
         body = CutBody.of(state, self.cut.body)
         tied = tied.existing(body)
-        away = np.abs(tied.linear(body, heights)).max(axis=(1, 2))
-        is_own = away < ON_SURFACE * tied.size  # not where a height is NaN
+        is_own = tied.are_on(body, heights)
         own = tied.some(is_own)
         corners = own.values(body, state.position).mean(axis=1)
         plain = plane.plain(corners)
@@ -292,10 +292,8 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
             nodes[parts.nodes[np.isin(entities, own)]] = True
             touched.append(own)
         heights = np.where(nodes | ~np.isnan(known), heights, np.nan)
-        try:
+        with stopping(self.span):
             division = divided(state, name, heights, among(body, np.concatenate(touched)))
-        except NotDivisible as error:
-            raise ActionFailed(str(error), None, self.span) from error
         if division is None:
             return heights, none
         heights, tied, lost = tied_apart(state, division, heights)

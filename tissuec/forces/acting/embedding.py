@@ -51,14 +51,16 @@ class EmbeddedNodes(Field, WeightedSums, frozen=True):
         first = np.arange(len(nodes) + 1)
         return cls(nodes=nodes, first=first, hosts=hosts, weights=ones, shares=ones)
 
-    def joined_with(self, others: "EmbeddedNodes") -> Self:
+    def joined_with(self, others: Self) -> Self:
         """Return these nodes and others; hosts of others that are embedded here are replaced.
 
         Args:
             others: None of them among these nodes.
         """
+        if not len(self.nodes):
+            return others
         row = np.minimum(np.searchsorted(self.nodes, others.hosts), len(self.nodes) - 1)
-        follows = self.nodes[row] == others.hosts if len(self.nodes) else row < 0
+        follows = self.nodes[row] == others.hosts
         # Entries of both, one behind the other: runs of counts[k] from starts[k], each by a
         # factor.
         both, own = len(self.hosts), np.ones(len(self.nodes))

@@ -7,7 +7,8 @@ checks need before a run: ``Demanding``, ``Breaking`` and ``Shifting`` here, and
 ``holding``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NoReturn, Protocol, Self, TypeGuard, TypeVar, runtime_checkable
 
 import numpy as np
@@ -18,6 +19,7 @@ from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.phantoms import NotDivisible
 
 T = TypeVar("T")
 _FOLLOWS: dict[tuple[type, type], bool] = {}  # by the classes of actions and the protocols
@@ -230,3 +232,19 @@ class Order(Protocol):
 #: By word: a ``VerbSentence`` of ``script.forms``, or a class with the ``cases`` of its
 #: sentences. Its docstring is the text of the reference; ``meant`` are other words for it.
 VERBS: Family[type[object]] = Family("tissuec.script.verbs", "verb")
+
+
+@contextmanager
+def stopping(span: Span) -> Iterator[None]:
+    """Let an action fail where a body cannot be divided further.
+
+    Args:
+        span: The sentence.
+
+    Raises:
+        ActionFailed: It cannot.
+    """
+    try:
+        yield
+    except NotDivisible as error:
+        raise ActionFailed(str(error), None, span) from error

@@ -38,7 +38,7 @@ def put_as_drawn(state: State, *blocks: FieldBlock) -> None:
     if state.cut_cells is not None:
         from tissuec.mechanics.cut_effects import on_parts  # where solids are cut
 
-        blocks = tuple(on_parts(state, block) for block in blocks)
+        blocks = on_parts(state, blocks)
     state.put(*blocks)
 
 

@@ -56,6 +56,14 @@ class Blade(Struct, frozen=True, eq=False):
     spans: Floats
     limited: tuple[bool, bool]
 
+    def heights(self, points: Floats) -> Floats:
+        """Return heights of points above its plane [m], shape (…,), of shape (…, 3) [m]."""
+        return np.asarray((points - self.origin) @ self.normal)
+
+    def plain(self, points: Floats) -> Floats:
+        """Return p and q of points, dimensionless, shape (…, 2), of shape (…, 3) [m]."""
+        return np.asarray((points - self.origin) @ np.linalg.pinv(self.spans))
+
     def crosses(
         self, first: Floats, second: Floats, size: float
     ) -> tuple[NDArray[np.bool_], Floats]:
@@ -65,12 +73,11 @@ class Blade(Struct, frozen=True, eq=False):
             first, second: Ends of the segments [m], each of shape (segment, 3).
             size: Largest side of the scene [m].
         """
-        ahead, behind = ((ends - self.origin) @ self.normal for ends in (first, second))
+        ahead, behind = self.heights(first), self.heights(second)
         is_across = (ahead >= -ON_PLANE * size) != (behind >= -ON_PLANE * size)
         step = np.where(is_across, ahead - behind, 1.0)
         fraction = np.clip(ahead / step, 0.0, 1.0)[:, None]
-        point = first + fraction * (second - first) - self.origin
-        share = point @ np.linalg.pinv(self.spans)
+        share = self.plain(first + fraction * (second - first))
         for axis, is_limited in enumerate(self.limited):
             if is_limited:
                 is_across &= np.abs(share[:, axis] - 0.5) <= 0.5 + ON_PLANE
@@ -256,11 +263,11 @@ def _of_elements(
         return CutSurface.even(areas, each * areas, 0.0, 1.0)
     nodes = field.nodes[items]
     corners, drawn = state.position[nodes], state.network.position[nodes]
-    height = (corners - blade.origin) @ blade.normal
+    height = blade.heights(corners)
     edges = field.shape.edges if isinstance(field, SolidElements) else EDGES
     met = met_edges(corners, edges, height, blade.normal, -ON_PLANE * state.network.extent)
     drawn_points, points = met.mixed(drawn), met.mixed(corners)
-    plain = (points - blade.origin) @ np.linalg.pinv(blade.spans)
+    plain = blade.plain(points)
     if not isinstance(field, SolidElements):
         row = np.arange(len(nodes))[:, None, None]
         pairs = np.sort(nodes[row, met.ends], axis=2).reshape(-1, 2)
@@ -268,12 +275,22 @@ def _of_elements(
         thickness = field.thickness[items]
         areas = thickness * np.linalg.norm(drawn_points[:, 1] - drawn_points[:, 0], axis=1)
         return surface_of_lines(areas, plain, shared, thickness, each, blade)
-    areas, limited = polygon_areas(drawn_points), blade.limited
-    if any(limited):
-        areas = areas * shares_of_polygons(plain, limited)
-    if not limited[0]:
+    return surface_of_polygons(polygon_areas(drawn_points), plain, each, blade)
+
+
+def surface_of_polygons(areas: Floats, plain: Floats, each: Floats, blade: Blade) -> CutSurface:
+    """Return the surface of a cut through a solid.
+
+    Args:
+        areas: Of the sections of an unlimited blade, as drawn [m²], shape (polygon,).
+        plain: p and q of their corners in order, shape (polygon, corner, 2).
+        each: Resistance [J/m²], shape (polygon,).
+    """
+    if any(blade.limited):
+        areas = areas * shares_of_polygons(plain, blade.limited)
+    if not blade.limited[0]:
         return CutSurface.even(areas, each * areas, 0.0, 1.0)
-    return CutSurface.of_widths(areas, each * areas, SectionWidths.of(plain, limited))
+    return CutSurface.of_widths(areas, each * areas, SectionWidths.of(plain, blade.limited))
 
 
 def surface_of_lines(
