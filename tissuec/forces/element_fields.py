@@ -164,15 +164,6 @@ def as_blocks(nodes: Indices, like: Indices, blocks: Callable[[], Floats]) -> Re
     return resist
 
 
-def young_of(shear: Floats, bulk: Floats) -> Floats:
-    """Return Young's modulus 9 K μ/(3 K + μ) [Pa], of the shape of the arguments.
-
-    Args:
-        shear, bulk: μ and K [Pa].
-    """
-    return 9.0 * bulk * shear / (3.0 * bulk + shear)
-
-
 def numbered_laws(
     law: Indices, laws: Sequence[SolidLaw]
 ) -> tuple[Indices, tuple[SolidLaw, ...]]:

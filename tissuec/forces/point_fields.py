@@ -26,9 +26,10 @@ from tissuec.compiled.loops.tables import recorded, room_for
 from tissuec.core.arrays import irregular
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.structs import replace
-from tissuec.forces.element_fields import ElementField, young_of
+from tissuec.forces.element_fields import ElementField
 from tissuec.forces.matrices import BlockPattern, ForceDerivatives, whole, without_negative
 from tissuec.forces.memory import TANGENT_SECONDS, MemoryTangents
+from tissuec.forces.moduli import young_of
 from tissuec.forces.point_kernels import Tracing, kernel_of, limit_kernel, record_kernel
 from tissuec.forces.solids.element_limits import BreakableElements, ElementLimits
 from tissuec.forces.solids.element_memory import Branches, ElementYield, StoredTensors

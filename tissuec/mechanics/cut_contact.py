@@ -13,15 +13,16 @@ part in the volume of its element, and g that of the triangle in the area of the
 touches a thin part sinks into it, until it touches the part behind it, too.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import cross, norm
+from tissuec.core.arrays import counted_up, cross, norm
 from tissuec.core.structs import replace
 from tissuec.forces.contact.contact import Contact
 from tissuec.forces.contact.sides import Meetings
+from tissuec.forces.moduli import plane_modulus
 from tissuec.geometry.elements import TriangleRule, even, fourth_degree
 from tissuec.geometry.inclusion import shared_elements
 from tissuec.geometry.nearest import CAPSULE, TRIANGLE
@@ -103,18 +104,6 @@ def _friction_of_nodes(drawn: Contact, state: "State") -> Floats:
     return found
 
 
-class _Sources(NamedTuple):
-    """Points on triangles as drawn whose kind those of parts are; one for each partner.
-
-    Attributes:
-        part: The triangle of a part, shape (n,).
-        point: A point of the triangle that it is like, shape (n,).
-    """
-
-    part: Indices
-    point: Indices
-
-
 def _with_points(drawn: Contact, state: "State", parts: PartTriangles) -> Contact:
     """Return contact with points on parts of triangles and on faces of cuts."""
     between, network = drawn.between, state.network
@@ -183,8 +172,7 @@ def _points(
     low = np.searchsorted(like, kinds[:, 0], sorter=order)
     high = np.searchsorted(like, kinds[:, 0], side="right", sorter=order)
     kind = np.repeat(np.arange(len(kinds)), high - low)
-    start = np.repeat(low - np.append(0, np.cumsum(high - low)[:-1]), high - low)
-    part = order[start + np.arange(len(kind))]
+    part = order[np.repeat(low, high - low) + counted_up(high - low)]
     share, is_many = area[part] / whole[part], count[kind] > len(fourth_degree().weights)
     found: list[tuple[Indices, Indices, Floats, Floats]] = []
     for many, rules in ((False, _FEW), (True, _MANY)):
@@ -232,9 +220,8 @@ def _hardness(
     assert cut is not None
     volume, firm = np.zeros((2, network.entity_count))
     for one in (*network.elements, *state.cut_elements):
-        entity, g, k = one.walls, one.shear, one.bulk_modulus
-        volume[entity] = one.weights.sum(axis=1)
-        firm[entity] = 4.0 * g * (3.0 * k + g) / (3.0 * k + 4.0 * g)
+        volume[one.walls] = one.weights.sum(axis=1)
+        firm[one.walls] = plane_modulus(one.shear, one.bulk_modulus)
     whole, row = cut.wholes_of(parts.parts), between.elements[like]
     size = np.cbrt(volume)
     ratio = (firm[whole] / size[whole]) / (firm[row] / size[row])

@@ -19,7 +19,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
-from tissuec.forces.element_fields import young_of
+from tissuec.forces.moduli import poisson_of, young_of
 from tissuec.forces.solids.ties import FAR, SofteningTies, Ties
 from tissuec.forces.surfaces.membranes import Membranes
 from tissuec.geometry.cut_cells.parts import functions_at
@@ -105,8 +105,8 @@ class TiedSections(Struct, frozen=True, eq=False):
         columns = [np.zeros((0, 6))]
         for field, parts in zip(network.elements_of(name), body.parts, strict=True):
             shear, bulk = field.shear[parts.cell], field.bulk_modulus[parts.cell]
-            poisson = (1.5 * bulk - shear) / (3.0 * bulk + shear)
-            stiff = np.where(poisson < NEARLY_INCOMPRESSIBLE, STIFF, STIFF_INCOMPRESSIBLE)
+            is_soft = poisson_of(shear, bulk) < NEARLY_INCOMPRESSIBLE
+            stiff = np.where(is_soft, STIFF, STIFF_INCOMPRESSIBLE)
             late = field.viscosity[parts.cell] / shear
             young = young_of(shear, bulk)
             each = field.volume[parts.cell], young, stiff, late, *_strengths(field, parts.cell)

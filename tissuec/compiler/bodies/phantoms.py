@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.bodies.arrays import BodyArrays
 from tissuec.core.structs import replace
-from tissuec.geometry.cut_cells.roots import DIVISIONS
 from tissuec.lang import syntax as s
 from tissuec.model.blocks import EMBEDDING, FieldBlock
 from tissuec.model.network import BodyPart, Floats, Network, Provenance
@@ -25,8 +24,8 @@ if TYPE_CHECKING:
 #: makes two parts there, or three where one side is in two pieces.
 MOST = 3
 _PARTS = 2  # of a cell that a blade divides
-#: Riders for each element that the worst plane crosses; random blades need up to 8.3 in
-#: hexahedra.
+#: Shapes that blades divide, and riders for each element that the worst plane crosses; random
+#: blades need up to 8.3 in hexahedra.
 _RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0, "triangle": 4.0}
 FEW = 60  # in addition: parts of small bodies share few points
 #: Planes by which the largest section of a body is estimated: along faces, edges and corners
@@ -59,7 +58,7 @@ def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
     """
     fields, tears = body.elements, body.body.tears_by_faces
     breaks = any(one.limits is not None for one in fields) and not tears
-    if breaks or any(one.cell_shape not in DIVISIONS for one in fields):
+    if breaks or any(one.cell_shape not in _RIDERS for one in fields):
         return NO_RESERVE
     copies = 2 ** min(cuts, MOST) * len(body.mesh.position)
     elements = sum(each.item_count for each in fields)

@@ -30,6 +30,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import AREAL_STIFFNESS, LENGTH, show
 from tissuec.forces.contact.points import NO_FACE, ContactPoints
 from tissuec.forces.contact.sides_kernel import CLOSED
+from tissuec.forces.moduli import plane_modulus
 from tissuec.geometry.edges import Edges, TriangleIndex
 from tissuec.geometry.elements import TriangleRule, even, fourth_degree
 from tissuec.geometry.inside import inside
@@ -710,9 +711,7 @@ def _of_elements(triangles: Indices, network: Network) -> tuple[Floats, Floats]:
         place = index.find(faces.reshape(-1, 3))
         element = np.repeat(np.arange(len(one.nodes)), faces.shape[1])
         place, element = place[place >= 0], element[place >= 0]
-        # E* = 4 G (3 K + G) / (3 K + 4 G), for any K.
-        g, k = one.shear[element], one.bulk_modulus[element]
-        firm[place] = 4.0 * g * (3.0 * k + g) / (3.0 * k + 4.0 * g)
+        firm[place] = plane_modulus(one.shear[element], one.bulk_modulus[element])
         size = np.sqrt(2.0 * area[place])
         thick = one.weight[element] / area[place] if is_wall else size
         hard[place] = firm[place] * thick / size**2

@@ -221,7 +221,7 @@ class EventHandler:
         for event in broken_elements(self.network, motion[0], elements, edges):
             self._log(event)
         for each in torn.values():
-            for event in torn_faces(self.network, motion[0], each):
+            for event in _torn_faces(self.network, motion[0], each):
                 self._log(event)
 
     def _log_broken(self, kind: str, springs: Indices) -> None:
@@ -320,7 +320,7 @@ def broken_elements(
             edges = edges[:0]
 
 
-def torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[LoggedEvent]:
+def _torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[LoggedEvent]:
     """Yield one event for all elements of a body whose faces have opened.
 
     Without such faces, the events are those of ``broken_elements``.
@@ -336,8 +336,8 @@ def torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[Logge
     known = network.provenance["breaking"]
     origin = known.origins[int(known.index[first - network.line_count])]
     count = len(torn.elements)
-    what = place_of_element(network, first) if count == 1 else counted(count, "element")
-    of = "" if count == 1 else f", first {place_of_element(network, first)}"
+    what = _place_of_element(network, first) if count == 1 else counted(count, "element")
+    of = "" if count == 1 else f", first {_place_of_element(network, first)}"
     spent = f"{show_in(torn.area, 'mm^2')}, {show(torn.energy, ENERGY)}"
     text = f"the faces in {what} have opened ({spent}){of}"
     springs = (*torn.elements.tolist(), *torn.edges.tolist())
@@ -371,13 +371,13 @@ def _element(network: Network, element: int) -> tuple[Any, int]:
 def _cause(network: Network, elements: Indices, limit: str) -> str:
     """Return why elements of one body broke, with the number and place of the first."""
     what, of = _EXCEEDED[limit]
-    place = place_of_element(network, int(elements[0]))
+    place = _place_of_element(network, int(elements[0]))
     if len(elements) == 1:
         return f"the {what} of {place} exceeded the {of}"
     return f"the {what} of {counted(len(elements), 'element')} exceeded the {of}, first {place}"
 
 
-def place_of_element(network: Network, element: int) -> str:
+def _place_of_element(network: Network, element: int) -> str:
     """Return the number of an element, and where it is as drawn."""
     body, (field, item) = network.owner(element).name, _element(network, element)
     corners = network.position[field.nodes[item]]

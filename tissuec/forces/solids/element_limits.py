@@ -25,6 +25,7 @@ from tissuec.autodiff import Number, Tensor, largest, maximum, sqrt
 from tissuec.autodiff.points import TracedPoint
 from tissuec.autodiff.tensors import PLACES
 from tissuec.core.structs import replace
+from tissuec.forces.moduli import plane_modulus
 from tissuec.model.network import Floats, Indices
 
 #: Elements in the zone in which the faces of a tear soften.
@@ -97,8 +98,7 @@ class ElementLimits(Struct, frozen=True, eq=False):
             shear, bulk: Initial moduli [Pa], shape (element,).
             size: h of elements as drawn [m], shape (element,).
         """
-        poisson = (1.5 * bulk - shear) / (3.0 * bulk + shear)
-        plane = 2.0 * shear / (1.0 - poisson)
+        plane = plane_modulus(shear, bulk)
         found = np.sqrt(9.0 * np.pi / 32.0 * plane * self.parting / (SOFTENING * size))
         return replace(self, stress=np.where(self.parting > 0.0, found, self.stress))
 
