@@ -203,6 +203,7 @@ HARMLESS = {
     "jet.struck[t] and (side == 0 or side * slope < 0.0)": "only whether it is true counts",
     "0.6": "any two directions across the jet do",
     "a0 / size": "any two directions across the jet do; a0 is 0",
+    "FAR": "larger than any opening",
     "CUT": "beyond, a jet has 1e-9 of what it has on its axis",
     "SLACK": "finds triangles near one another; more of them change nothing",
     **{
