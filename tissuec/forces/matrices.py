@@ -169,13 +169,13 @@ def diagonal(blocks: Floats, number: Indices, size: int) -> "csc_matrix":
 
 
 def as_operator(matrix: "Callable[[], csc_matrix]") -> Resisting:
-    """Return a matrix over all nodes as an operator on vectors.
+    """Return a symmetric matrix over all nodes as an operator on vectors.
 
     Args:
         matrix: Returns it, in any unit, shape (3 node, 3 node), when the operator is first
             applied: often only its existence matters.
     """
-    rows = cache(lambda: matrix().tocsr())
+    rows = cache(lambda: matrix().T)  # by rows, without a copy
 
     def resist(moved: Floats, to: Floats) -> None:
         to += (rows() @ moved.ravel()).reshape(-1, 3)
@@ -196,14 +196,13 @@ def whole(halves: Floats) -> Floats:
     return found
 
 
-FEW = 8  # matrices of which the eigenvalues are found together
 POSITIVE = 1e-11  # of the largest entry: rounding that counts as positive semidefinite
 
 
 def without_negative(matrices: Floats) -> Floats:
     """Return symmetric matrices with zero in place of negative eigenvalues.
 
-    Those that have none, by Cholesky's factors, stay as they are, which costs much less.
+    Those that have none stay as they are, which costs much less.
 
     Args:
         matrices: In any unit, shape (…, n, n).
@@ -211,21 +210,23 @@ def without_negative(matrices: Floats) -> Floats:
     size = matrices.shape[-1]
     found = matrices.reshape(-1, size, size).copy()
     top = POSITIVE * np.abs(found).max(axis=(1, 2), initial=0.0)
-    shifted = found + top[:, None, None] * np.eye(size)
-    waiting = [slice(0, len(found))]
-    while waiting:
-        part = waiting.pop()
-        try:
-            np.linalg.cholesky(shifted[part])
-        except np.linalg.LinAlgError:
-            count = part.stop - part.start
-            if count > FEW:
-                middle = part.start + count // 2
-                waiting += [slice(part.start, middle), slice(middle, part.stop)]
-                continue
-            value, way = np.linalg.eigh(found[part])
-            found[part] = (way * np.maximum(value, 0.0)[:, None, :]) @ way.swapaxes(1, 2)
+    rest = np.flatnonzero(~_are_positive(found + top[:, None, None] * np.eye(size)))
+    if len(rest):
+        value, way = np.linalg.eigh(found[rest])
+        found[rest] = (way * np.maximum(value, 0.0)[:, None, :]) @ way.swapaxes(1, 2)
     return found.reshape(matrices.shape)
+
+
+def _are_positive(matrices: Floats) -> NDArray[np.bool_]:
+    """Return which symmetric matrices are positive definite: all pivots are positive, (n,)."""
+    left = np.ascontiguousarray(matrices.transpose(1, 2, 0))
+    found = np.ones(len(matrices), dtype=bool)
+    with np.errstate(all="ignore"):  # of those that are not
+        for _ in range(len(left)):
+            pivot, row = left[0, 0], left[0, 1:]
+            found &= pivot > 0.0
+            left = left[1:, 1:] - row[:, None] * (row / pivot)
+    return found
 
 
 class ForceDerivatives(NamedTuple):
