@@ -208,6 +208,24 @@ def inside_boxes(plain: Floats, low: Floats, high: Floats) -> tuple[Indices, Flo
     return source, shares
 
 
+def halves(height: Floats) -> tuple[Indices, Floats, NDArray[np.bool_]]:
+    """Return the parts of triangles, or of lines, on both sides of a level, to rounding.
+
+    Args:
+        height: Of their corners above it, shape (triangle, 3) or (line, 2).
+
+    Returns:
+        The one that each is a part of, shape (n,), the shares of its corners in each corner,
+        shape (n, corner, corner), and whether it is above, shape (n,).
+    """
+    count, size = height.shape
+    each = _halves(np.broadcast_to(np.eye(size), (count, size, size)), height)
+    source, shares = (np.concatenate(both) for both in zip(*each, strict=True))
+    kept = np.abs(np.linalg.det(shares)) > LEAST_LEFT
+    is_above = np.arange(len(source)) < len(each[0][0])
+    return source[kept], shares[kept], is_above[kept]
+
+
 def _halves(shares: Floats, height: Floats) -> list[tuple[Indices, Floats]]:
     """Return the parts of triangles or lines at heights above 0, and the others.
 

@@ -22,6 +22,7 @@ from tissuec.core.structs import replace
 from tissuec.forces.moduli import poisson_of, young_of
 from tissuec.forces.solids.ties import FAR, SofteningTies, Ties
 from tissuec.forces.surfaces.membranes import Membranes
+from tissuec.geometry.blade_sections import halves
 from tissuec.geometry.cut_cells.parts import functions_at
 from tissuec.geometry.cut_cells.sections import CutFacets, facet_sizes
 from tissuec.mechanics.cut_body import CutBody
@@ -35,11 +36,14 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
+#: How many times as fast ties may be as those of a whole section in an element that is whole.
+SWIFT = 1.5
 ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface are from it
 #: Largest opening of ties of tissue that tears at once, over that at which they begin to.
 SUDDEN = 1.01
 _COLUMNS = (
-    "entities", "roots", "shares", "stiffness", "damping", "size", "first", "last", "softens",
+    "entities", "roots", "shares", "stiffness", "damping", "size", "soft", "first", "last",
+    "softens",
 )  # fmt: skip
 #: Of triangles, of degree 2, and of lines, of degree 3, by the number of corners; weights are
 #: equal.
@@ -60,6 +64,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         stiffness: k [Pa/m], shape (triangle,).
         damping: [Pa s/m], shape (triangle,).
         size: h, the mean of both sides [m], shape (triangle,).
+        soft: Factor of stiffness and damping, shape (triangle,): 1 but in slivers.
         first, last: Openings at which they begin to soften and are free [m], shape (triangle,);
             infinite where a blade alone parts them.
         softens: Which have begun, shape (triangle,).
@@ -73,6 +78,7 @@ class TiedSections(Struct, frozen=True, eq=False):
     stiffness: Floats
     damping: Floats
     size: Floats
+    soft: Floats
     first: Floats
     last: Floats
     softens: Bools
@@ -85,7 +91,7 @@ class TiedSections(Struct, frozen=True, eq=False):
     def none(cls, nodes: int, corners: int) -> Self:
         """Return none in a network of so many nodes, of roots with so many corners."""
         index = np.zeros((0, 2), dtype=np.int64)
-        roots, numbers = np.zeros((0, 2, corners), dtype=np.int64), [np.zeros(0)] * 5
+        roots, numbers = np.zeros((0, 2, corners), dtype=np.int64), [np.zeros(0)] * 6
         shares, none = np.zeros((0, 2, corners - 1, corners)), np.zeros(0, dtype=bool)
         return cls(index, roots, shares, *numbers, none, np.full(nodes, np.nan))
 
@@ -126,8 +132,8 @@ class TiedSections(Struct, frozen=True, eq=False):
         last = np.where(np.isfinite(first), last, np.inf)
         return cls(
             entities, found.roots[own], found.shares[own], stiffness,
-            stiffness * late[own].mean(axis=1), size.mean(axis=1), first, last,
-            np.zeros(len(first), dtype=bool), heights,
+            stiffness * late[own].mean(axis=1), size.mean(axis=1), np.ones(len(first)),
+            first, last, np.zeros(len(first), dtype=bool), heights,
         )  # fmt: skip
 
     @property
@@ -241,31 +247,32 @@ class TiedSections(Struct, frozen=True, eq=False):
         self,
         before: CutBody,
         source: tuple[Indices, ...],
-        entities: list[Indices],
+        names: list[Indices],
         heights: Floats,
     ) -> Self:
-        """Return the triangles, each on the parts of another cut where its middle is.
+        """Return the triangles, divided by another cut, on the parts where they are.
 
         Args:
             before: Elements before the cut.
             source: The former part of each part, shape (part,) each.
-            entities: Of the parts, shape (part,) each.
+            names: Entities of the parts, shape (part,) each.
             heights: Of all nodes above the surface of the cut [m], shape (node,).
         """
         own = self.existing(before)
         if not len(own):
             return own
-        each = own.linear(before, heights).mean(axis=2)
-        each = np.where(np.isnan(each), each[:, ::-1], each)
-        ahead = np.repeat((each.mean(axis=1) >= 0.0)[:, None], 2, axis=1)
-        found = own.entities.copy()
-        for kind, (of, names) in enumerate(zip(source, entities, strict=True)):
+        ahead, behind = own.entities.copy(), own.entities.copy()
+        for kind, (of, name) in enumerate(zip(source, names, strict=True)):
             here, row = own._of_kind(before, kind)
             # Of two parts, the one behind comes first.
-            first = np.searchsorted(of, row, side="left")
-            last = np.searchsorted(of, row, side="right") - 1
-            found[here] = names[np.where(ahead[here], last, first)]
-        return replace(own, entities=found)
+            behind[here] = name[np.searchsorted(of, row, side="left")]
+            ahead[here] = name[np.searchsorted(of, row, side="right") - 1]
+        each = own.linear(before, heights)
+        each = np.where(np.isnan(each), each[:, ::-1], each).mean(axis=1)
+        is_met = (ahead != behind).any(axis=1) & ~np.isnan(each).any(axis=1)
+        which, shares, is_ahead = halves(np.where(is_met[:, None], each, -1.0))
+        entities = np.where(is_ahead[:, None], ahead[which], behind[which])
+        return replace(own.parts_of(which, shares), entities=entities)
 
     def copied(self, copies: Indices, copied: Indices) -> Self:
         """Return the same with heights of new nodes.
@@ -289,7 +296,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         nodes = np.repeat(self.nodes(body)[:, :, None], number, axis=2)
         nodes = np.where(nodes < 0, nodes[..., :1], nodes).swapaxes(1, 2)
         signed = (at * np.array([1.0, -1.0])[:, None, None]).swapaxes(1, 2)
-        areas = np.repeat(self.areas(network, name, body) / number, number)
+        areas = np.repeat(self.areas(network, name, body) * self.soft / number, number)
         count, every = len(areas), np.arange(len(areas))
         span = network.elements_of(name)[0].span
         common = {
@@ -311,6 +318,31 @@ class TiedSections(Struct, frozen=True, eq=False):
             fronts=fronts, softens=softens,
         )  # fmt: skip
 
+    def softened(self, state: "State", name: str) -> Self:
+        """Return the same, softer where a sliver has so little mass that steps would be short.
+
+        Those that tear stay as they are.
+        """
+        network, body, widths = state.network, state.cut_bodies[name], list[Floats]()
+        for field, parts in zip(network.elements_of(name), body.parts, strict=True):
+            is_wall = isinstance(field, Membranes)
+            width = field.thickness if is_wall else np.cbrt(field.volume)
+            widths.append(width[parts.cell])
+        nodes, weights = self.nodes(body), self.weights(body, np.eye(self.shares.shape[2]))
+        squares = (weights**2).mean(axis=2)
+        ease, drawn = (
+            (squares / np.where(nodes < 0, 1.0, mass[nodes])).sum(axis=(1, 2))
+            for mass in (state.divisor, network.mass[network.parents])
+        )
+        _, pair = np.unique(self.entities, axis=0, return_inverse=True)
+        pair, areas = pair.ravel(), self.areas(network, name, body)
+        section, ease, drawn = (
+            np.bincount(pair, areas * each)[pair] for each in (1.0, ease, drawn)
+        )
+        most = SWIFT * self.size * self.of_parts(body, widths).mean(axis=1) * drawn / section
+        soft = np.where(np.isfinite(self.first), 1.0, np.minimum(1.0, most / ease))
+        return replace(self, soft=soft)
+
     def areas(self, network: Network, name: str, body: CutBody) -> Floats:
         """Return their areas as drawn [m²], shape (triangle,)."""
         sizes = facet_sizes(self.values(body, network.position)[:, 0])
@@ -331,6 +363,7 @@ def _strengths(field: "SolidElements", cell: Indices) -> tuple[Floats, Floats]:
 
 def put_ties(state: "State", name: str, tied: TiedSections) -> None:
     """Let a body have these ties and no others; the state is changed in place."""
+    tied = tied.softened(state, name) if len(tied) else tied
     state.tied = {**state.tied, name: tied}
     if not len(tied):
         own = [b for b in state.blocks.values() if b.kind == "ties" and b.field.name == name]

@@ -33,6 +33,7 @@ from tissuec.mechanics.tearing import set_limits
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
+from tissuec.model.topology import pieces
 from tissuec.script.verbs import EventQueue, LoggedEvent, stopping
 from tissuec.script.verbs.closing import begin_closing, cut_event
 from tissuec.script.verbs.cut_surface import (
@@ -78,7 +79,7 @@ class WallLines(Struct, frozen=True, eq=False):
         nodes = np.where(shares > 0, nodes[:, None], -1)
         order = np.argsort(nodes, axis=2)
         both = [np.take_along_axis(each, order, axis=2) for each in (nodes, shares)]
-        rows = np.concatenate(both, axis=2).reshape(2 * len(part), -1)
+        rows = np.concatenate(both, axis=2).reshape(2 * len(part), 2 * nodes.shape[-1])
         ends = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1, 2)
         return cls(ends, wall.thickness[parts.cell[part]])
 
@@ -219,13 +220,18 @@ class BladeWay(Struct, frozen=True, eq=False):
         if not are_own.any():
             return tied
         own = tied.some(are_own)
-        plain = own.values(body, self.plain).mean(axis=1)
+        plain = np.stack([own.linear(body, each) for each in self.plain.T], axis=-1).mean(
+            axis=1
+        )
         left = own.parts_of(*beyond(plain, self.blade.limited, share))
         return tied.some(~are_own).followed_by(left, body)
 
 
 def continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
     """Return heights above a blade that continues the surface of tied sections close to it.
+
+    Of sections that adjoin, all are continued or none: a surface that is partly the former one
+    would not meet its end.
 
     Args:
         body: Elements that exist.
@@ -236,13 +242,15 @@ def continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
     away = np.abs(tied.values(body, heights[:, None])[..., 0].mean(axis=1)).max(axis=1)
     is_near = away < CONTINUED * tied.size
     nodes = tied.nodes(body)
-    far = np.unique(tied.entities[~is_near])
-    own = nodes[is_near & ~np.isin(tied.entities, far).any(axis=1)]
-    own = np.unique(own[own >= 0])
+    flat = nodes.reshape(len(nodes), -1)
+    flat = np.where(flat < 0, flat[:, :1], flat)
+    pairs = np.stack(np.broadcast_arrays(flat[:, :1], flat[:, 1:]), axis=-1)
+    group = pieces(len(heights), pairs.reshape(-1, 2))
+    own = np.setdiff1d(flat, np.flatnonzero(np.isin(group, group[flat[~is_near, 0]])))
     known = tied.heights[own]
-    facing = 1.0 if (known * heights[own]).sum() >= 0.0 else -1.0
+    facing = np.bincount(group[own], known * heights[own], len(heights))[group[own]]
     found = heights.copy()
-    found[own] = facing * known
+    found[own] = np.where(facing < 0.0, -known, known)
     return found
 
 

@@ -63,6 +63,7 @@ class CohesiveTies(ForceFormula):
                 area = np.linalg.norm(np.cross(ends[1] - ends[0], ends[2] - ends[0])) / 6.0
             else:
                 area = thickness[cell] * np.linalg.norm(ends[1] - ends[0]) / 2.0
+            area *= tied.soft[number]
             rows.append(sides[0] - sides[1])
             first, last = tied.first[number], tied.last[number]
             constants = area * tied.stiffness[number], area * tied.damping[number], first, last
