@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.core.structs import replace
-from tissuec.geometry.cut_cells.cutting import cut, near_heights
-from tissuec.geometry.cut_cells.joining import outer_faces
+from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights
+from tissuec.geometry.cut_cells.joining import free_faces, outer_faces
 from tissuec.geometry.cut_cells.overlaps import offsets
-from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, functions_at
+from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.geometry.elements import Measures
 from tissuec.mechanics.cut_body import CutBody
@@ -46,13 +46,13 @@ class Division(Struct, frozen=True, eq=False):
         body: Its elements after the cut.
         moved: Places of internal variables that are copied, and of their copies, among the
             components of all velocities, shape (2, n).
-        is_new: Which parts are new, shape (part,) each.
+        is_new: Which parts are new: of divided elements, with other nodes, or with a face that
+            lies in the surface, shape (part,) each.
         lost: Entities that are divided, ascending.
         copies: New nodes, shape (n,).
         copied: The nodes that these are copies of, shape (n,).
         measured: Gradients and volumes of points of parts that are not whole.
         triangles: Of the surface of the cut, with numbers of parts over all shapes.
-        are_between: Which of them lie between two elements, shape (triangle,).
         tied: Sections of former cuts that are still tied, on the parts after the cut.
         drawn: All parts after the cut.
         riders: Of their riding points, see ``State``.
@@ -67,7 +67,6 @@ class Division(Struct, frozen=True, eq=False):
     copied: Indices
     measured: tuple[Measures, ...]
     triangles: CutFacets
-    are_between: Bools
     tied: TiedSections | None
     drawn: CutCells
     riders: Indices
@@ -102,7 +101,7 @@ def divided(
     found = cut(before.parts, heights, active, near)
     if not len(found.copied):
         return None
-    is_new = tuple(map(_are_new, found.source, before.parts, found.groups))
+    is_new = _are_new(before, found)
     copies = _allocated(state, phantoms, found.copied)
     number = np.append(np.arange(state.network.node_count), copies)
     parts = tuple(replace(each, nodes=number[each.nodes]) for each in found.groups)
@@ -121,9 +120,6 @@ def divided(
     ]
     slots, stored, moved = list[Indices](), before.stored, [np.zeros((2, 0), dtype=np.int64)]
     fields = state.network.elements_of(name)
-    firsts = offsets(before.parts)[:-1]
-    every = [each + first for each, first in zip(found.source, firsts, strict=True)]
-    pair = np.concatenate(every)[found.cut.parts]
     for field, source, own in zip(fields, found.source, before.slots, strict=True):
         each, copied = _copied_slots(field, own, source, 3 * phantoms.rows.start + stored)
         stored += copied.shape[1]
@@ -137,7 +133,7 @@ def divided(
     division = Division(
         phantoms, CutBody(parts, tuple(entities), tuple(slots), used, stored),
         np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
-        copies, found.copied, measured, found.cut, pair[:, 0] != pair[:, 1], tied,
+        copies, found.copied, measured, found.cut, tied,
         CutCells.none(state.network.node_count), np.zeros(0, dtype=np.int64),
     )  # fmt: skip
     return _with_surface(state, division)
@@ -176,10 +172,20 @@ def _copied_slots(
     return found, np.stack([(each[:, None] + every).ravel() for each in (old, new)])
 
 
-def _are_new(source: Indices, before: CellParts, after: CellParts) -> Bools:
-    """Return which parts are of divided elements, or have other nodes, shape (part,)."""
-    is_divided = np.bincount(source, minlength=1)[source] > 1
-    return is_divided | (after.nodes != before.nodes[source]).any(axis=1)
+def _are_new(before: CutBody, found: DividedCells) -> tuple[Bools, ...]:
+    """Return which parts are new, see ``Division``, shape (part,) each."""
+    first, former = offsets(found.groups), offsets(before.parts)
+    source = [each + low for each, low in zip(found.source, former[:-1], strict=True)]
+    pair = np.concatenate(source)[found.cut.parts]
+    beside = np.zeros(first[-1], dtype=bool)
+    beside[found.cut.parts[pair[:, 0] != pair[:, 1]]] = True
+    columns = found.source, before.parts, found.groups, first[:-1], first[1:]
+    return tuple(
+        (np.bincount(of, minlength=1)[of] > 1)
+        | (after.nodes != own.nodes[of]).any(axis=1)
+        | beside[low:high]
+        for of, own, after, low, high in zip(*columns, strict=True)
+    )
 
 
 def _allocated(state: "State", phantoms: Phantoms, copied: Indices) -> Indices:
@@ -292,7 +298,7 @@ def _put_elements(
     """Put the elements of a shape, after a cut, beside those of the drawn body."""
     whole = parts.are_whole
     cell = parts.cell[whole]
-    moved = (parts.nodes[whole] != field.nodes[cell]).any(axis=1)
+    moved = entities[whole] != field.walls[cell]
     if moved.any():
         item, every = cell[moved], np.arange(np.count_nonzero(moved))
         made = replace(
@@ -395,9 +401,10 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
     """Return the drawing of new parts: their matter, outer surface, and cut faces."""
     found = CutCells.none(network.node_count)
     fields = network.elements_of(division.phantoms.body)
-    cut, body, first = division.triangles, division.body, 0
-    columns = fields, body.parts, body.entities, division.is_new, outer_faces(body.parts)
-    for field, parts, entities, new, outer in zip(*columns, strict=True):
+    body = division.body
+    both = outer_faces(body.parts), free_faces(body.parts)
+    columns = fields, body.parts, body.entities, division.is_new, *both
+    for field, parts, entities, new, outer, free in zip(*columns, strict=True):
         own = parts.some(new)
         pieces = own.with_roots(np.ones(len(own), dtype=bool))
         if parts.division.dimension == 2:
@@ -405,30 +412,18 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
             found = found.followed_by(wall)
             continue
         faces = PieceFaces.of(parts.shape, pieces)
-        is_outer = outer[new][pieces.part[faces.piece], faces.face]
-        kept = np.flatnonzero((faces.face >= 0) & is_outer | (faces.level >= 0))
+        at = pieces.part[faces.piece], faces.face
+        kept = np.flatnonzero((faces.face >= 0) & free[new][at] | (faces.level >= 0))
         corners = own.weights(pieces)
         piece = faces.piece[kept]
         surface = corners[piece[:, None], faces.corners[kept]]
-        side_parts, weights = [pieces.part[piece]], [surface]
-        are_cut = [faces.level[kept] >= 0]
-        number = np.cumsum(new) - 1
-        # Faces between two elements: those within elements are faces of pieces.
-        for side in range(2):
-            part = cut.parts[:, side] - first
-            here = (part >= 0) & (part < len(parts))
-            between = np.flatnonzero(here & division.are_between)
-            between = between[new[part[between]]]
-            xi = cut.shares[between, side] @ parts.division.corners[cut.roots[between, side]]
-            each = functions_at(parts.shape, xi).values
-            weights.append(each if side else each[:, ::-1])
-            side_parts.append(number[part[between]])
-            are_cut.append(np.ones(len(between), dtype=bool))
-        triangle_part = np.concatenate(side_parts)
+        triangle_part = pieces.part[piece]
+        # Cuts between elements leave free faces that have a neighbour as drawn.
+        are_cut = (faces.level[kept] >= 0) | ~outer[new][at][kept]
         every = np.concatenate(
             [
                 corners.reshape(-1, corners.shape[2]),
-                np.concatenate(weights).reshape(-1, corners.shape[2]),
+                surface.reshape(-1, corners.shape[2]),
             ]
         )
         host = np.concatenate([np.repeat(pieces.part, 4), np.repeat(triangle_part, 3)])
@@ -441,10 +436,9 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
                 corners=_turned(numbers[:split].reshape(-1, 4), pieces),
                 owners=entities[new][pieces.part],
                 triangles=numbers[split:].reshape(-1, 3), borders=entities[new][triangle_part],
-                are_cut=np.concatenate(are_cut),
+                are_cut=are_cut,
             )
         )  # fmt: skip
-        first += len(parts)
     return found
 
 

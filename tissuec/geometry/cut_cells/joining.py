@@ -150,15 +150,23 @@ def outer_faces(groups: Sequence[CellParts]) -> tuple[Bools, ...]:
     Args:
         groups: Parts of all cells of a body, those of each shape.
     """
+    return free_faces([replace(each, nodes=each.drawn) for each in groups])
+
+
+def free_faces(groups: Sequence[CellParts]) -> tuple[Bools, ...]:
+    """Return which faces of the cells of parts have nodes of no neighbour, (part, face) each.
+
+    Args:
+        groups: Parts of all cells of a body, those of each shape.
+    """
     first, cells = offsets(groups), numbered_cells(groups)
-    drawn = [replace(each, nodes=each.drawn) for each in groups]
-    keys = FaceKeys.of(drawn, [np.ones(len(each), dtype=bool) for each in groups])
+    keys = FaceKeys.of(groups, [np.ones(len(each), dtype=bool) for each in groups])
     every: list[Indices] = []
     for each in groups:
         own = np.zeros((len(each), len(each.division.faces)), dtype=np.int64)
         for face, corners in enumerate(each.division.faces):
             ring = corners[corners >= 0]
-            own[:, face] = keys.keys(np.sort(each.drawn[:, ring], axis=1), len(ring))
+            own[:, face] = keys.keys(np.sort(each.nodes[:, ring], axis=1), len(ring))
         every.append(own)
     # Parts of a cell have its faces, too: what counts is how many cells have one.
     key = np.concatenate([each.ravel() for each in every])
