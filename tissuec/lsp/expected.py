@@ -7,6 +7,7 @@ from tissuec.lsp import vocabulary as v
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import Terms
 from tissuec.script.measures import MEASURES
+from tissuec.script.measures.cut_faces import CUT_FACES
 from tissuec.script.measures.statistics import STATISTICS
 
 #: Kinds of names that numbers, and that orders, are about.
@@ -55,6 +56,7 @@ _TAKEN_OF = {
     "springs": SPRINGS,
     "any": (*SPRINGS, "holding"),
     "body": ("body",),
+    CUT_FACES: ("body",),
     "jaws": ("holding",),
 }
 
@@ -81,6 +83,8 @@ def argument(prefix: Prefix) -> Expected:
         return Expected((v.COUNTED,))
     if call in STATISTICS and last.text == "(":
         return Expected((v.fields(),))
+    if last.text == "(" and call in MEASURES and MEASURES[call].takes == CUT_FACES:
+        return Expected((v.FACES,))
     if last.text not in ("(", ",", "of"):
         return number()
     if call in STATISTICS and last.text == ",":

@@ -34,6 +34,8 @@ from tissuec.lsp.vocabulary import entries
 from tissuec.scene.reading.parts import REPEAT, parts
 from tissuec.scene.sentences import KINDS
 from tissuec.scene.study.entries import EVENTS
+from tissuec.script.measures import MEASURES
+from tissuec.script.measures.cut_faces import CUT_FACES
 
 #: Where a line, or a statement, ends; and where one with a block does.
 _END, _END_OF_BLOCK = r"(?=[;}])|$", r"(?<=\})|(?=[;}])|$"
@@ -317,6 +319,7 @@ def _of_what() -> dict[str, Terms]:
     """Return the words that begin the arguments of what is written like measures."""
     return {
         "count": v.COUNTED,
+        **{name: v.FACES for name, one in MEASURES.items() if one.takes == CUT_FACES},
         **dict.fromkeys(v.statistics(), v.fields()),
         **dict.fromkeys(v.errors(), v.ERRORS_OF),
     }

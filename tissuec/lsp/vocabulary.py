@@ -53,6 +53,7 @@ from tissuec.scene.words.scales import SHAPES
 from tissuec.script.fit_problem import POSITIONS, WEIGHTS, WORDS
 from tissuec.script.forms import texts_of
 from tissuec.script.measures import MEASURES
+from tissuec.script.measures.cut_faces import CUT_FACES
 from tissuec.script.measures.statistics import STATISTICS, form_of
 from tissuec.script.verbs import VERBS
 
@@ -256,6 +257,7 @@ COLUMN = plain(
     ENTRY, ["column", "columns"], 'Columns of a table: column "force_N", columns "x y z".'
 )
 COUNTED = plain(CHOICE, spellings.COUNTED)
+FACES = plain(CHOICE, [CUT_FACES], "Both faces of all cuts through a solid.")
 KNOWN_TERMS: dict[str, Term] = {
     key: Term(
         quantity.name, ENTRY, f"{describe(quantity.dimension)}, from a source",

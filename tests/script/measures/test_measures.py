@@ -222,7 +222,7 @@ def test_every_measure_says_how_it_is_written_and_what_it_is(name):
     measure = MEASURES[name]
     assert measure.__doc__
     assert measure.takes in (
-        "nodes", "springs", "any", "body", "solid", "body or solid", "jaws"
+        "nodes", "springs", "any", "body", "solid", "cut faces", "jaws"
     )  # fmt: skip
     assert name in measure.form
     assert measure.form.count(",") == max(measure.subjects - 1, 0)

@@ -15,6 +15,7 @@ from tissuec.compiler.sets import Groups
 from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
@@ -33,6 +34,7 @@ from tissuec.scene.sentences import (
 )
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.common import is_directed
+from tissuec.script.measures.cut_faces import CUT_FACES
 from tissuec.script.measures.statistics import PERCENTILE, STATISTICS, form_of
 from tissuec.script.plan import Condition, Expectation
 
@@ -251,6 +253,7 @@ class Conditions:
                     what="measures",
                 ),
             )
+        of_faces, arguments = self._of_cut_faces(measure, arguments)
         time, along, subjects = None, None, list[Subject]()
         for argument in arguments:
             if isinstance(argument.value, s.Call):
@@ -274,6 +277,8 @@ class Conditions:
             hint = f"the form is {measure.form}"
             self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
         self._refuse_same(measure, subjects, node.span)
+        if of_faces:
+            subjects = [replace(one, name=f"{CUT_FACES} of {one.name}") for one in subjects]
         found = ObservedMeasure(measure, tuple(subjects), time, along)
         self.needs_ledger |= found.needs_ledger
         return found
@@ -319,6 +324,28 @@ class Conditions:
                 hint="forms: " + ", ".join(f"count({one} of A)" for one in COUNTED),
             )
         return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
+
+    def _of_cut_faces(
+        self, measure: type[Measure], arguments: Sequence[s.Argument]
+    ) -> tuple[bool, Sequence[s.Argument]]:
+        """Return ``face area(cut faces of liver)`` as taken of liver, and whether it is."""
+        first, needs = arguments[0] if arguments else None, measure.takes == CUT_FACES
+        is_name = first is not None and isinstance(first.value, s.Name)
+        says = is_name and first.value.key == CUT_FACES  # as a set may be called, too
+        says = says and [clause.word for clause in first.clauses] == ["of"]
+        if first is None or says == needs:
+            if first is None or not says:
+                return False, arguments
+            return True, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
+        if needs:
+            self.findings.reject(
+                "TIS702", f"{measure.form} needs faces of cuts", first.span,
+                hint=proposal(f"{CUT_FACES} of {first.span.one_line}"),
+            )  # fmt: skip
+        known = [one.form for one in MEASURES.values() if one.takes == CUT_FACES]
+        message = f"{measure.form} is not taken of faces of cuts"
+        hint = f"write {enumerated(known, 'or')}"
+        self.findings.reject("TIS702", message, first.span, hint=hint)
 
     def _statistic(
         self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]

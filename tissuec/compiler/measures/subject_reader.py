@@ -14,6 +14,7 @@ from tissuec.lang import syntax as s
 from tissuec.scene.model import Scene
 from tissuec.scene.sentences import KINDS
 from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.measures.cut_faces import CUT_FACES
 from tissuec.script.measures.needs import NEEDS, STRAINED, WHOLE, YES
 from tissuec.script.verbs.cut import SCISSORS
 
@@ -159,7 +160,7 @@ class SubjectReader:
         if not self.is_subject(name):
             return
         needed, known = "", list[str]()
-        if measure.takes == "body":
+        if measure.takes in ("body", CUT_FACES):
             needed, known = "a body", self.groups.names_of_bodies()
         elif measure.takes == "jaws":
             forceps = [tool for tool in self.tools.values() if tool.may_be("forceps")]

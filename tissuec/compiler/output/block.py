@@ -33,6 +33,7 @@ from tissuec.scene.reading.clauses import Written, clauses_of
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.spellings import COUNT, COUNTED, in_parentheses
 from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.measures.cut_faces import CUT_FACES
 from tissuec.script.measures.statistics import STATISTICS
 from tissuec.script.plan import LogRequest, Output, SurfaceOutput
 
@@ -281,14 +282,16 @@ class OutputReader(BlockItems):
                 pass
         named = (s.as_name(one.value) for one in arguments if not one.clauses)
         names = [name for name in named if name is not None]
-        if key in MEASURES and len(names) == len(arguments):
+        is_own = key in MEASURES and MEASURES[key].takes != CUT_FACES
+        if is_own and len(names) == len(arguments):
             self._log(item, key, names)
             return
         self._quantity(item)
 
     def _quantity(self, item: s.RecordedCall) -> None:
         """Add the log of a point, of a statistic, or of a component along a direction."""
-        every, reading = self._recorded(COUNTED[0], item), self.conditions.reading(item.call)
+        key = item.name.key if item.name.key in MEASURES else COUNTED[0]
+        every, reading = self._recorded(key, item), self.conditions.reading(item.call)
         if reading.time is not None:
             message = "an output is taken over the whole run and cannot name a time"
             self.findings.reject("TIS702", message, item.call.span)

@@ -117,6 +117,11 @@ NEEDS: Mapping[str, Need] = {
         hint="name nodes along one edge: set edge = nodes of BODY where y == 0 mm and "
         "z == 0 mm; or measure the distance(A, B) of two sets",
     ),
+    "sections": Need(
+        {"solid": YES},
+        text="a solid of elements",
+        hint="walls have edges where they are cut, and nets of springs have gaps",
+    ),
     "division": Need(
         {**dict.fromkeys(KINDS, _DIVIDED), "tool": YES},
         absent="A is in one piece, and nothing cuts it or lets it rupture",
@@ -147,6 +152,7 @@ TAKEN: Mapping[str, Mapping[Kind, str]] = {
     "springs": dict.fromkeys((*BODIES, "nodes of a set", "springs of a set"), YES),
     "any": {**dict.fromkeys(KINDS, YES), "tool": _HELD},
     "body": dict.fromkeys(BODIES, YES),
+    "cut faces": {"solid": YES},
     "jaws": {"tool": "forceps with jaws"},
 }
 
