@@ -15,6 +15,8 @@ from tissuec.scene.tissues.quantities import STRENGTH, TOUGHNESS
 if TYPE_CHECKING:
     from tissuec.model.network import Floats, Network
 
+ROUNDED = 0.95  # what two digits show is then not above the length
+
 
 @check
 def crack_zones(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -53,8 +55,8 @@ def _of_tissue(network: "Network", body: Body, tissue: Tissue) -> Iterator[Diagn
                 f"{show(zone, LENGTH, digits=3)}, less than a cell ({shown}): they soften at a "
                 f"lower stress instead, along {SOFTENING:.0f} cells",
                 strong.span,
-                f"use cells of {show(zone / SOFTENING, LENGTH, digits=2)} or less where it "
-                "tears, or leave the strength out: the toughness alone counts",
+                f"use cells of {show(ROUNDED * zone / SOFTENING, LENGTH, digits=2)} or less "
+                "where it tears, or leave the strength out: the toughness alone counts",
             )
     fields = network.elements_of(body.name)
     nodes = np.unique(np.concatenate([one.nodes.ravel() for one in fields]))
@@ -68,7 +70,7 @@ def _of_tissue(network: "Network", body: Body, tissue: Tissue) -> Iterator[Diagn
             "is stretched as a whole, it reaches the strength that follows from its cells "
             "before the toughness",
             tough.span,
-            f"use cells of {show(coarse * across / least, LENGTH, digits=2)} or less",
+            f"use cells of {show(ROUNDED * coarse * across / least, LENGTH, digits=2)} or less",
         )
 
 
