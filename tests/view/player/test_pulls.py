@@ -89,3 +89,31 @@ simulate { duration = 10 ms }
 output { trajectory of [first] every 5 ms }
 """
     assert read_film(tissuec.run(scene, companion="off"), Options()).resultants == ()
+
+
+def test_a_support_that_is_cut_is_one_support():
+    scene = """language 1
+tissue gel {
+  Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3
+  retardation time = 1 ms
+}
+body block {
+  mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (20, 10, 10) mm }
+  made of elements; tissue is gel
+}
+set base = nodes of block where z == 0 mm
+environment { gravity = (0, 0, -9.81) m/s^2 }
+script {
+  at 0 s: fix base
+  at 2 ms: cut block along plane through (11, 5, 5) mm facing (1, 0, 0.2)
+}
+simulate { duration = 4 ms; tolerance = 1e-4 }
+output { trajectory every 1 ms; force of base every 1 ms }
+"""
+    result = tissuec.run(scene, companion="off")
+    film = read_film(result, Options())
+    assert {each.name for each in film.resultants} == {"base"}
+    first, last = sorted(film.resultants, key=lambda one: one.life)
+    assert first.life[1] == last.life[0]
+    expected = result.logs["force of base"].value[-1]
+    np.testing.assert_allclose(last.force[~film.is_side][-1], expected, rtol=1e-9, atol=1e-15)

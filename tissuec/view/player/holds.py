@@ -168,26 +168,31 @@ def _holds(moments: Moments) -> Iterator[HoldingForce]:
 
 
 def _name_of(trajectory: Trajectory, nodes: Indices) -> str:
-    """Return the smallest set or body that contains fixed nodes; "fixed" without any."""
+    """Return the smallest set or body that contains fixed nodes; "fixed" without any.
+
+    Copies that cuts have made of nodes count as these.
+    """
+    network = trajectory.network
+    drawn, every = network.parents[nodes], np.arange(network.node_count)
     groups = [
         (group.name, group.indices)
         for group in trajectory.sets.values()
         if group.what == "nodes"
     ]
-    every = np.arange(trajectory.network.node_count)
-    groups += [(body.name, every[body.nodes]) for body in trajectory.network.bodies]
-    around = [one for one in groups if np.isin(nodes, one[1]).all()]
+    groups += [(body.name, every[body.nodes]) for body in network.bodies]
+    around = [one for one in groups if np.isin(drawn, one[1]).all()]
     return min(around, key=lambda one: len(one[1]), default=("fixed", nodes))[0]
 
 
 def _connected(trajectory: Trajectory, nodes: Indices) -> list[Indices]:
-    """Return nodes in groups that springs join, such as both ends of a tube."""
+    """Return nodes in groups that springs join as drawn, such as both ends of a tube."""
     network = trajectory.network
     place = np.full(network.node_count, -1)
-    place[nodes] = np.arange(len(nodes))
+    drawn, number = np.unique(network.parents[nodes], return_inverse=True)
+    place[drawn] = np.arange(len(drawn))
     ends = place[network.line_ends]
     inner = ends[(ends >= 0).all(axis=1)]
-    labels = np.asarray(topology.pieces(len(nodes), inner.astype(np.int32)))
+    labels = np.asarray(topology.pieces(len(drawn), inner.astype(np.int32)))[number]
     return [nodes[labels == label] for label in np.unique(labels)]
 
 
