@@ -6,7 +6,7 @@ import pytest
 from tests.cuts.scenes import END, GEL, begun
 from tests.cuts.test_divided_solids import BLADES, LATTICE
 from tissuec.core.errors import CompileError
-from tissuec.mechanics.cut_faces import CutFaces, area_of_faces
+from tissuec.mechanics.cut_faces import CutFaces
 
 ROUND = "thick tube { axis from (0, 5, 5) mm to (20, 5, 5) mm; inner radius = 2 mm; " + (
     "outer radius = 5 mm; rings = 8; sides = 10; layers = 2 }"
@@ -76,17 +76,18 @@ def test_faces_that_slide_are_apart_but_not_at_an_angle():
     # Two states at once are measured as one after the other.
     both = np.stack([state.position, moved])
     assert faces.opening(both).tolist() == [faces.opening(one).item() for one in both]
-    assert area_of_faces(state, "block", both) == pytest.approx([200e-6, 200e-6], rel=1e-9)
+    assert faces.area(both) == pytest.approx([200e-6, 200e-6], rel=1e-9)
 
 
 @pytest.mark.parametrize(("order", "area"), [(THROUGH, 200e-6), (HALF, 2 * 6.1e-3 * 10e-3)])
 def test_the_area_is_that_of_both_faces_without_what_is_tied(order, area):
     state = state_after(order)
-    found = area_of_faces(state, "block", state.position)
+    faces = CutFaces.of(state, "block")
+    found = faces.area(state.position)
     assert found == pytest.approx(area, rel=1e-9)
     # A stretch along the faces, and another at right angles to them.
     stretch = np.array([1.7, 1.2, 1.1])
-    found = area_of_faces(state, "block", stretch * state.position)
+    found = faces.area(stretch * state.position)
     assert found == pytest.approx(1.2 * 1.1 * area, rel=1e-9)
 
 

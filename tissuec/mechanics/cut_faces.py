@@ -11,7 +11,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import cross, dot, norm
-from tissuec.geometry.cut_cells.sections import facet_sizes
+from tissuec.mechanics.cut_body import CutBody
 from tissuec.mechanics.tying import TiedSections
 from tissuec.model.cut_cells import CutCells
 from tissuec.model.network import Floats, Indices, numbers_in
@@ -23,6 +23,7 @@ Bools = NDArray[np.bool_]
 #: Corners are looked up this far inside of their triangles, so that those next to them have
 #: other twins.
 INSET = 1e-3
+ROUNDING = INSET / 30.0  # of weights, which are at least a third of ``INSET`` inside
 #: Largest distance of a point from a triangle over its size: faces of four corners are warped.
 NEAR = 0.2
 FACING = -0.5  # largest cosine between normals of twins
@@ -39,34 +40,33 @@ class CutFaces(Struct, frozen=True, eq=False):
             as in ``CutCells``, shape (triangle, 3).
         drawn: Places of these as drawn [m], shape (triangle, 3, 3).
         bounds: The part that each bounds, an entity, shape (triangle,).
-        tied: Corners of what is tied as drawn [m], shape (tie, 3, 3).
-        held: Parts with ties, entities, shape (n,).
-        size: Of an element at ties [m]; 0 without any.
+        body: The elements.
+        ties: Sections that are still tied.
+        tied: Corners of these as drawn [m], shape (tie, 3, 3).
     """
 
     cells: CutCells
     corners: Indices
     drawn: Floats
     bounds: Indices
+    body: CutBody
+    ties: TiedSections
     tied: Floats
-    held: Indices
-    size: float
 
     @classmethod
-    def of(cls, state: "State", body: str) -> "Self | None":
+    def of(cls, state: "State", name: str) -> "Self | None":
         """Return those of a body; None before its first cut."""
-        cells, phantoms = state.cut_cells, state.network.phantoms_of(body)
-        if cells is None or phantoms is None or body not in state.cut_bodies:
+        cells, phantoms = state.cut_cells, state.network.phantoms_of(name)
+        body, place = state.cut_bodies.get(name), state.network.position
+        if cells is None or phantoms is None or body is None:
             return None
         own = state.alive[cells.borders] & cells.are_cut
         own &= np.isin(cells.borders, numbers_in(phantoms.elements))
-        corners, place = cells.triangles[own], state.network.position
-        ties, tied, held, size = tied_to(state, body), np.zeros((0, 3, 3)), corners[:0, 0], 0.0
-        if ties is not None and len(ties):
-            tied = ties.values(state.cut_bodies[body], place)[:, 0]
-            held, size = ties.entities.ravel(), float(ties.size.mean())
+        corners = cells.triangles[own]
         drawn = cells.points.beside(place)[corners]
-        return cls(cells, corners, drawn, cells.borders[own], tied, held, size)
+        ties = state.tied.get(name, TiedSections.none(len(place), 4)).existing(body)
+        tied = ties.values(body, place)[:, 0]
+        return cls(cells, corners, drawn, cells.borders[own], body, ties, tied)
 
     def places(self, position: Floats) -> Floats:
         """Return the places of corners [m], shape (…, triangle, 3, 3).
@@ -81,8 +81,18 @@ class CutFaces(Struct, frozen=True, eq=False):
     def are_free(self) -> Bools:
         """Return which corners no tie holds, shape (triangle, 3)."""
         points = _inset(self.drawn)
-        row, _ = _located(points.reshape(-1, 3), None, self.tied)
-        return (row < 0).reshape(-1, 3)
+        return (_located(points.reshape(-1, 3), None, self.tied) < 0).reshape(-1, 3)
+
+    def area(self, position: Floats) -> Floats:
+        """Return the present area of both faces without what is tied [m²], shape (…).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        states = position.reshape(-1, *position.shape[-2:])
+        tied = [_areas(self.ties.values(self.body, one)).sum() for one in states]
+        found = _areas(self.places(position)).sum(axis=-1)
+        return np.asarray(found - np.reshape(tied, found.shape))
 
     def twins(self) -> tuple[Indices, Floats]:
         """Return the triangle with the twin of each corner, and where it is there.
@@ -93,7 +103,7 @@ class CutFaces(Struct, frozen=True, eq=False):
         """
         points = _inset(self.drawn)
         normals = np.repeat(_normals(self.drawn), 3, axis=0)
-        row, _ = _located(points.reshape(-1, 3), normals, self.drawn)
+        row = _located(points.reshape(-1, 3), normals, self.drawn)
         weights = _weights(self.drawn.reshape(-1, 3), self.drawn[row])
         return row.reshape(-1, 3), weights.reshape(-1, 3, 3)
 
@@ -124,40 +134,17 @@ class CutFaces(Struct, frozen=True, eq=False):
             from scipy.spatial import KDTree  # takes long to import
 
             away, _ = KDTree(self.tied.reshape(-1, 3)).query(self.drawn.mean(axis=1))
-            behind = ~np.isin(self.bounds, self.held) & (away < AT_END * self.size)
+            behind = ~np.isin(self.bounds, self.ties.entities)
+            behind &= away < AT_END * self.ties.size.mean()
             if (near := own & behind[:, None]).any():
                 own = near
-        area = np.repeat(facet_sizes(self.drawn), 3).reshape(-1, 3)[own]
+        area = np.repeat(_areas(self.drawn), 3).reshape(-1, 3)[own]
         if not len(area):
             return np.zeros(position.shape[:-2])
         normals = _normals(self.places(position))
         here, there = normals[..., np.nonzero(own)[0], :], -normals[..., row[own], :]
         each = np.arctan2(norm(cross(here, there)), dot(here, there))
         return np.asarray(each @ area / area.sum())
-
-
-def tied_to(state: "State", body: str) -> TiedSections | None:
-    """Return what ties hold of the cuts of a body that exist; None without any."""
-    tied = state.tied.get(body)
-    return None if tied is None else tied.existing(state.cut_bodies[body])
-
-
-def area_of_faces(state: "State", body: str, position: Floats) -> Floats:
-    """Return the present area of both faces of cuts through a solid [m²], shape (…).
-
-    Args:
-        position: Of all nodes [m], shape (…, node, 3).
-    """
-    faces = CutFaces.of(state, body)
-    if faces is None:
-        return np.zeros(position.shape[:-2])
-    found = _areas(faces.places(position)).sum(axis=-1)
-    held = tied_to(state, body)
-    if held is None or not len(held):
-        return found
-    states = position.reshape(-1, *position.shape[-2:])
-    both = (_areas(held.values(state.cut_bodies[body], one)).sum() for one in states)
-    return found - np.reshape(list(both), found.shape)
 
 
 def _areas(corners: Floats) -> Floats:
@@ -190,25 +177,19 @@ def _weights(points: Floats, corners: Floats) -> Floats:
     return np.stack([one, two, 1.0 - one - two], axis=1)
 
 
-def _located(
-    points: Floats, normals: Floats | None, triangles: Floats
-) -> tuple[Indices, Floats]:
-    """Return the triangle in which each point lies, and its weights there.
+def _located(points: Floats, normals: Floats | None, triangles: Floats) -> Indices:
+    """Return the nearest triangle in which each point lies, -1 without any, shape (point,).
 
     Args:
         points: [m], shape (point, 3).
         normals: Those that triangles must face, shape (point, 3); None for any.
         triangles: Their corners [m], shape (triangle, 3, 3).
-
-    Returns:
-        The nearest one, -1 without any, shape (point,), and weights of its corners, shape
-        (point, 3).
     """
     from scipy.spatial import KDTree  # takes long to import
 
-    found, weights = np.full(len(points), -1), np.zeros((len(points), 3))
+    found = np.full(len(points), -1)
     if not len(triangles):
-        return found, weights
+        return found
     middle = triangles.mean(axis=1)
     reach = float(norm(triangles - middle[:, None]).max()) * (1.0 + NEAR)
     near = KDTree(middle).query_ball_point(points, reach)
@@ -222,9 +203,8 @@ def _located(
     if normals is not None:
         own &= dot(normals[of], unit[row]) < FACING * norm(normals)[of]
     of, row, away = of[own], row[own], away[own]
-    each = _weights(points[of], triangles[row])
-    inside = each.min(axis=1) >= -INSET / 3.0 / 10.0
-    of, row, away, each = of[inside], row[inside], away[inside], each[inside]
+    inside = _weights(points[of], triangles[row]).min(axis=1) >= -ROUNDING
+    of, row, away = of[inside], row[inside], away[inside]
     order = np.argsort(-away, kind="stable")  # the nearest one remains
-    found[of[order]], weights[of[order]] = row[order], each[order]
-    return found, weights
+    found[of[order]] = row[order]
+    return found

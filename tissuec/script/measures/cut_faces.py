@@ -37,10 +37,7 @@ class FaceArea(OfCutFaces):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        from tissuec.mechanics.cut_faces import area_of_faces  # where it is asked
-
-        body = body_of(subjects[0])
-        return one_column(area_of_faces(snapshot.state, body, snapshot.position), snapshot)
+        return _of_faces(subjects[0], snapshot, lambda one: one.area(snapshot.position))
 
 
 @MEASURES.member("largest opening")
