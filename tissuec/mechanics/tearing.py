@@ -377,7 +377,7 @@ def set_limits(state: "State", name: str) -> None:
     """Set the limits of elements, lower where a tear is about to enter (``TearFront.ahead``).
 
     Args:
-        name: Of the body; one without limits is left as it is.
+        name: Of the body; without limits, nothing changes.
     """
     if all(each.limits is None for each in state.network.elements_of(name)):
         return

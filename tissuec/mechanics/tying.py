@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
-#: How many times as fast ties may be as those of a whole section in an element that is whole.
+#: Largest ω² of ties, over that of ties of a whole section between undivided elements.
 SWIFT = 1.5
 ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface are from it
 #: Largest opening of ties of tissue that tears at once, over that at which they begin to.
@@ -363,7 +363,8 @@ def _strengths(field: "SolidElements", cell: Indices) -> tuple[Floats, Floats]:
 
 def put_ties(state: "State", name: str, tied: TiedSections) -> None:
     """Let a body have these ties and no others; the state is changed in place."""
-    tied = tied.softened(state, name) if len(tied) else tied
+    if len(tied):
+        tied = tied.softened(state, name)
     state.tied = {**state.tied, name: tied}
     if not len(tied):
         own = [b for b in state.blocks.values() if b.kind == "ties" and b.field.name == name]

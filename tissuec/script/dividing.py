@@ -220,9 +220,8 @@ class BladeWay(Struct, frozen=True, eq=False):
         if not are_own.any():
             return tied
         own = tied.some(are_own)
-        plain = np.stack([own.linear(body, each) for each in self.plain.T], axis=-1).mean(
-            axis=1
-        )
+        each = [own.linear(body, values).mean(axis=1) for values in self.plain.T]
+        plain = np.stack(each, axis=-1)
         left = own.parts_of(*beyond(plain, self.blade.limited, share))
         return tied.some(~are_own).followed_by(left, body)
 

@@ -38,7 +38,7 @@ def crack_zones(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _of_tissue(network: "Network", body: Body, tissue: Tissue) -> Iterator[Diagnostic]:
-    from tissuec.forces.solids.element_limits import SOFTENING
+    from tissuec.forces.solids.element_limits import SOFTENING, ZONE
 
     tough, strong = tissue.given[TOUGHNESS], tissue.given.get(STRENGTH)
     size, energy = _tough_elements(network, body, tissue)
@@ -47,7 +47,7 @@ def _of_tissue(network: "Network", body: Body, tissue: Tissue) -> Iterator[Diagn
     coarse = float(size.max())
     shown = show(coarse, LENGTH, digits=3)
     if strong is not None and strong.value != strong.quantity.none:
-        zone = float((9.0 * np.pi / 32.0 * energy / strong.value**2).min())
+        zone = float((ZONE * energy / strong.value**2).min())
         if zone < coarse:
             yield Diagnostic(
                 "W218",
@@ -62,7 +62,7 @@ def _of_tissue(network: "Network", body: Body, tissue: Tissue) -> Iterator[Diagn
     nodes = np.unique(np.concatenate([one.nodes.ravel() for one in fields]))
     across = float(np.sort(np.ptp(network.position[nodes], axis=0))[1])
     zone = SOFTENING * coarse
-    if across < (least := 64.0 / (9.0 * np.pi) * zone) * (1.0 - 1e-9):
+    if across < (least := 2.0 / ZONE * zone) * (1.0 - 1e-9):
         yield Diagnostic(
             "W218",
             f"tears of {body.name} soften along {show(zone, LENGTH, digits=3)}, "
@@ -81,13 +81,14 @@ def _tough_elements(
     from tissuec.forces.moduli import plane_modulus
 
     origins, span = network.provenance["breaking"], tissue.given[TOUGHNESS].span
+    is_tough = np.array([each.span == span for each in origins.origins])
     size, energy = [np.zeros(0)], [np.zeros(0)]
     for field in network.elements_of(body.name):
         if field.limits is None:
             continue
-        known = [origins[each].span == span for each in field.walls - network.line_count]
-        own = np.flatnonzero(np.array(known) & (field.limits.parting > 0.0))
-        plane = plane_modulus(field.shear, field.bulk + field.local)
+        own = is_tough[origins.index[field.walls - network.line_count]]
+        own = np.flatnonzero(own & (field.limits.parting > 0.0))
+        plane = plane_modulus(field.shear, field.bulk_modulus)
         size.append(np.cbrt(field.volume[own]))
         energy.append((plane * field.limits.parting)[own])
     return np.concatenate(size), np.concatenate(energy)

@@ -30,6 +30,8 @@ from tissuec.model.network import Floats, Indices
 
 #: Elements in the zone in which the faces of a tear soften.
 SOFTENING = 3.0
+#: Length of this zone, over E'G/σ².
+ZONE = 9.0 * np.pi / 32.0
 
 
 class Loaded(Protocol):
@@ -99,7 +101,7 @@ class ElementLimits(Struct, frozen=True, eq=False):
             size: h of elements as drawn [m], shape (element,).
         """
         plane = plane_modulus(shear, bulk)
-        found = np.sqrt(9.0 * np.pi / 32.0 * plane * self.parting / (SOFTENING * size))
+        found = np.sqrt(ZONE * plane * self.parting / (SOFTENING * size))
         return replace(self, stress=np.where(self.parting > 0.0, found, self.stress))
 
     @property
