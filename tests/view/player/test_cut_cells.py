@@ -6,6 +6,7 @@ import pytest
 from tests.results.cut_block import CUT, FRAMES, SHARE, TIMES, H, cut_block
 from tissuec.results.recording import EventSide
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.lifetimes import is_there
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import render
@@ -83,6 +84,8 @@ def test_places_without_matter_do_not_count_as_displaced(tmp_path):
         path = writer.close("done", finished=True)
     with Trajectory.open(path) as result:
         assert largest_displacements(result) == [0.0]
+        found = DrawnNodes(read_film(result, Options()), result).displacement
+        assert not found[:, 45:63].any() and found[:, 63:].any()  # copies, points on the cut
 
 
 @pytest.mark.parametrize(

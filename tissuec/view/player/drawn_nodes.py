@@ -54,9 +54,14 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def displacement(self) -> Floats:
-        """Return distances from the positions before the run [m], shape (row, node)."""
+        """Return distances from the positions before the run [m], shape (row, node).
+
+        Nodes that are no places of matter have none.
+        """
         place = self.film.position[:, : self.film.node_count]
-        return np.linalg.norm(place - self.drawn, axis=2)
+        found, own = np.zeros(place.shape[:2]), self.film.matter
+        found[:, own] = np.linalg.norm(place[:, own] - self.drawn[own], axis=2)
+        return found
 
     @cached_property
     def speed(self) -> Floats:
