@@ -6,7 +6,10 @@ import pytest
 from tests.cuts.scenes import END, GEL, begun
 from tests.cuts.test_divided_solids import BLADES, LATTICE
 from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
 from tissuec.mechanics.cut_faces import CutFaces
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 ROUND = "thick tube { axis from (0, 5, 5) mm to (20, 5, 5) mm; inner radius = 2 mm; " + (
     "outer radius = 5 mm; rings = 8; sides = 10; layers = 2 }"
@@ -123,6 +126,9 @@ def test_faces_between_elements_are_faces_on_both_sides_and_stay_so_after_anothe
     ("output", "hint"),
     [
         ("face area(block)", "cut faces of block"),
+        ("face area(cutfaces of block)", "cut faces of block"),
+        ("face area(corner)", "cut faces of block"),
+        ("face area(cut faces of block along (1, 0, 0))", "cut faces of block"),
         ("stress(cut faces of block)", "write face area(cut faces of A)"),
     ],
 )
@@ -136,3 +142,19 @@ def test_measures_that_do_not_fit_faces_of_cuts_say_what_does(output, hint):
     (found,) = (one for one in caught.value.diagnostics if one.severity == "error")
     assert found.code == "TIS702"
     assert hint in str(found.hint)
+
+
+def test_a_body_that_nothing_divides_is_reported():
+    text = (
+        f"{GEL}body block {{ mesh is {LATTICE}; made of elements; tissue is gel }}\n"
+        "environment { gravity = (0, 0, 0) m/s^2 }\n"
+        "output { opening angle(cut faces of block) every 1 ms }\n"
+    )
+    (found,) = check_request(Request(Source("x.tis", text + END)))[1]
+    assert found.code == "W703"
+    assert "opening angle(cut faces of block) is always 0" in found.message
+    faces = text.replace("tissue is gel }", "tissue is gel; rupture by faces }")
+    tough = faces.replace("retardation", "toughness = 1 J/m^2; retardation")
+    assert all(
+        one.code != "W703" for one in check_request(Request(Source("x", tough + END)))[1]
+    )

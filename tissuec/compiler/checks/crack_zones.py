@@ -51,12 +51,11 @@ def _of_tissue(network: "Network", body: Body, tissue: Tissue) -> Iterator[Diagn
         if zone < coarse:
             yield Diagnostic(
                 "W218",
-                f"with this strength, tears of {body.name} soften along "
-                f"{show(zone, LENGTH, digits=3)}, less than a cell ({shown}): they soften at a "
-                f"lower stress instead, along {SOFTENING:.0f} cells",
+                f"with this strength, tears of {body.name} would soften along "
+                f"{show(zone, LENGTH, digits=3)}, less than a cell ({shown}); the strength "
+                "follows from the toughness and the cells instead",
                 strong.span,
-                f"use cells of {show(ROUNDED * zone / SOFTENING, LENGTH, digits=2)} or less "
-                "where it tears, or leave the strength out: the toughness alone counts",
+                "leave the strength out",
             )
     fields = network.elements_of(body.name)
     nodes = np.unique(np.concatenate([one.nodes.ravel() for one in fields]))
@@ -65,10 +64,9 @@ def _of_tissue(network: "Network", body: Body, tissue: Tissue) -> Iterator[Diagn
     if across < (least := 2.0 / ZONE * zone) * (1.0 - 1e-9):
         yield Diagnostic(
             "W218",
-            f"tears of {body.name} soften along {show(zone, LENGTH, digits=3)}, "
-            f"{SOFTENING:.0f} cells, and it is {show(across, LENGTH, digits=3)} across: if it "
-            "is stretched as a whole, it reaches the strength that follows from its cells "
-            "before the toughness",
+            f"{body.name} is {show(across, LENGTH, digits=3)} across, fewer than seven cells: "
+            f"a tear softens along {SOFTENING:.0f} cells ({show(zone, LENGTH, digits=3)}), so "
+            "that the whole body may soften before the toughness is reached",
             tough.span,
             f"use cells of {show(ROUNDED * coarse * across / least, LENGTH, digits=2)} or less",
         )

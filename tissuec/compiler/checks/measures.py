@@ -184,6 +184,11 @@ def _moves(compiled: Compiled, subject: Subject) -> bool:
     return bool(fixed_since(compiled)[subject.nodes].any())
 
 
+def _is_divisible(compiled: Compiled, subject: Subject) -> bool:
+    """Return whether cuts or tears may divide elements of a body."""
+    return compiled.network.phantoms_of(subject.name) is not None
+
+
 def _divides(compiled: Compiled, subject: Subject) -> bool:
     """Return whether nodes may be in several pieces at some time."""
     if subject.nodes is None or not len(subject.nodes):
@@ -233,6 +238,7 @@ _FOUND: Mapping[str, Callable[[Compiled, Subject], bool]] = {
     "hold": _is_held,
     "motion": _moves,
     "division": _divides,
+    "sections": _is_divisible,
     "energy": _stores_energy,
     "yielding": _yields,
 }

@@ -15,7 +15,6 @@ from tissuec.compiler.sets import Groups
 from tissuec.core.errors import enumerated
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
-from tissuec.core.structs import replace
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
@@ -253,7 +252,7 @@ class Conditions:
                     what="measures",
                 ),
             )
-        of_faces, arguments = self._of_cut_faces(measure, arguments)
+        arguments = self._of_cut_faces(measure, arguments)
         time, along, subjects = None, None, list[Subject]()
         for argument in arguments:
             if isinstance(argument.value, s.Call):
@@ -277,8 +276,6 @@ class Conditions:
             hint = f"the form is {measure.form}"
             self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
         self._refuse_same(measure, subjects, node.span)
-        if of_faces:
-            subjects = [replace(one, name=f"{CUT_FACES} of {one.name}") for one in subjects]
         found = ObservedMeasure(measure, tuple(subjects), time, along)
         self.needs_ledger |= found.needs_ledger
         return found
@@ -327,24 +324,29 @@ class Conditions:
 
     def _of_cut_faces(
         self, measure: type[Measure], arguments: Sequence[s.Argument]
-    ) -> tuple[bool, Sequence[s.Argument]]:
-        """Return ``face area(cut faces of liver)`` as taken of liver, and whether it is."""
-        first, needs = arguments[0] if arguments else None, measure.takes == CUT_FACES
-        is_name = first is not None and isinstance(first.value, s.Name)
-        says = is_name and first.value.key == CUT_FACES  # as a set may be called, too
-        says = says and [clause.word for clause in first.clauses] == ["of"]
-        if first is None or says == needs:
-            if first is None or not says:
-                return False, arguments
-            return True, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
+    ) -> Sequence[s.Argument]:
+        """Return the arguments, ``cut faces of liver`` as ``liver``."""
+        if not arguments:
+            return arguments
+        first, needs = arguments[0], measure.takes == CUT_FACES
+        clauses, name = {each.word: each for each in first.clauses}, s.as_name(first.value)
+        says = name is not None and name.key == CUT_FACES and "of" in clauses
+        if not says and not needs:
+            return arguments
+        if says and needs and len(clauses) == 1:
+            return [s.Argument(clauses["of"].value, (), first.span), *arguments[1:]]
         if needs:
+            named = s.as_name(clauses["of"].value) if "of" in clauses else name
+            bodies = self.groups.names_of_bodies()
+            known = named is not None and named.key in self.groups.bodies
+            body = named.text if known else bodies[0] if len(bodies) == 1 else "BODY"
             self.findings.reject(
-                "TIS702", f"{measure.form} needs faces of cuts", first.span,
-                hint=proposal(f"{CUT_FACES} of {first.span.one_line}"),
+                "TIS702", f"wrong form of {measure.form.partition('(')[0]}", first.span,
+                hint=proposal(f"{CUT_FACES} of {body}"),
             )  # fmt: skip
-        known = [one.form for one in MEASURES.values() if one.takes == CUT_FACES]
+        forms = [one.form for one in MEASURES.values() if one.takes == CUT_FACES]
         message = f"{measure.form} is not taken of faces of cuts"
-        hint = f"write {enumerated(known, 'or')}"
+        hint = f"write {enumerated(forms, 'or')}"
         self.findings.reject("TIS702", message, first.span, hint=hint)
 
     def _statistic(

@@ -21,18 +21,19 @@ class OfCutFaces(ScalarMeasure):
     """Base of the measures of faces of cuts."""
 
     takes = CUT_FACES
-    needs = ("sections", "division")
+    needs = ("sections",)
 
 
 @MEASURES.member("face area")
 class FaceArea(OfCutFaces):
-    """The present area of both faces of all cuts through the solid A, also of those of tears.
+    """The present area of both faces of all cuts and tears through the solid A.
 
-    What ties hold ahead of the end of a cut is no face. So without deformation, it is twice the
-    area that the events of the cuts state.
+    It does not include tissue that ties still hold. Without deformation, it is twice the area
+    that the events of the cuts state.
     """
 
     form = "face area(cut faces of A)"
+    title = "face area of cut faces"
     dimension = units.AREA
 
     @staticmethod
@@ -42,12 +43,13 @@ class FaceArea(OfCutFaces):
 
 @MEASURES.member("largest opening")
 class LargestOpening(OfCutFaces):
-    """The largest distance between points of both faces of a cut that are one as drawn.
+    """The largest distance between two points of opposite faces that coincide as drawn.
 
-    Faces that slide along each other are apart, too. It is 0 before a cut.
+    Sliding counts as well. It is 0 before a cut.
     """
 
     form = "largest opening(cut faces of A)"
+    title = "largest opening of cut faces"
     dimension = units.LENGTH
 
     @staticmethod
@@ -59,11 +61,12 @@ class LargestOpening(OfCutFaces):
 class OpeningAngle(OfCutFaces):
     """The angle between both faces of a cut at its end, such as 20 deg; radians in logs.
 
-    It is the mean over the faces of those elements behind the end that begin within two
-    elements of it; over all faces if the cut goes through. It is 0 before a cut.
+    It is averaged over the faces up to two elements behind the end, or over all faces if the
+    cut goes through. It is 0 before a cut.
     """
 
     form = "opening angle(cut faces of A)"
+    title = "opening angle of cut faces"
     dimension = units.NUMBER
 
     @staticmethod
@@ -76,11 +79,6 @@ def _of_faces(
 ) -> Floats:
     from tissuec.mechanics.cut_faces import CutFaces  # where it is asked
 
-    faces = CutFaces.of(snapshot.state, body_of(subject))
+    faces = CutFaces.of(snapshot.state, subject.name)
     none = np.zeros(np.shape(snapshot.time))
     return one_column(none if faces is None else value(faces), snapshot)
-
-
-def body_of(subject: Subject) -> str:
-    """Return the name of the body of a subject that is named as its cut faces."""
-    return subject.name.removeprefix(f"{CUT_FACES} of ")

@@ -118,9 +118,10 @@ NEEDS: Mapping[str, Need] = {
         "z == 0 mm; or measure the distance(A, B) of two sets",
     ),
     "sections": Need(
-        {"solid": YES},
+        {"solid": "if it is cut or tears by faces"},
         text="a solid of elements",
-        hint="walls have edges where they are cut, and nets of springs have gaps",
+        absent="no blade divides elements of A, and it has no rupture by faces",
+        hint="cut a solid, or write rupture by faces in it; gap(A) is taken of all bodies",
     ),
     "division": Need(
         {**dict.fromkeys(KINDS, _DIVIDED), "tool": YES},

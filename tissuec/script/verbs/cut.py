@@ -154,8 +154,8 @@ def _refuse_interval(duration: float | None, order: Order) -> None:
 class Cut(Struct, frozen=True):
     """Cuts springs of a set, or what a blade crosses of a body now, permanently.
 
-    Springs are removed. Elements are divided where the blade is. Quadratic elements, and those
-    that can break unless by faces, are removed if an edge of them is cut.
+    Springs are removed. Elements are divided where the blade is. Quadratic elements, and
+    breakable ones of bodies without rupture by faces, are removed if an edge of them is cut.
 
     ``along plane`` is an infinite plane. ``along stroke`` is the parallelogram that the edge
     between two points sweeps by a vector. ``along line`` is a strip of the plane that faces the
@@ -169,8 +169,8 @@ class Cut(Struct, frozen=True):
     Over an interval, the blades close along the line, or along the edge of the stroke, from its
     first point to its second. Springs are cut, and elements divided, in the order of their
     positions at the beginning of the cut; springs that get in the way later are cut at its end.
-    Within elements, blades proceed in steps of a quarter. The force that this needs acts on the
-    scissors.
+    Within elements, blades advance by a quarter of an element at a time. The force that this
+    needs acts on the scissors.
     """
 
     meant: ClassVar[str] = "slice incise transect divide sever snip resect"
