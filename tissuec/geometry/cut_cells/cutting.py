@@ -138,14 +138,64 @@ def cut(
         _division(each, crossing, marked, heights, near)
         for each, crossing in zip(groups, crossings, strict=True)
     ]
+    source = np.concatenate(
+        [own.source + k for own, k in zip(divisions, offsets(groups)[:-1], strict=True)]
+    )
+    return _joined(divisions, source, heights, marked)
+
+
+def parted(groups: Sequence[CellParts], sides: Sequence[Sides], count: int) -> DividedCells:
+    """Return cells parted along the faces between two kinds of them; none is divided.
+
+    Where cells of other kinds hold both together, at the rim of such faces, they stay so. Those
+    in front keep the present nodes.
+
+    Args:
+        groups: Parts of all cells, those of each shape.
+        sides: 1 of the kind in front, -1 of the one behind, 0 of others, shape (part,) each.
+        count: Of present nodes.
+    """
+    beside = np.zeros((2, count), dtype=bool)
+    for each, side in zip(groups, sides, strict=True):
+        for k, own in enumerate((side > 0, side < 0)):
+            beside[k, each.nodes[own]] = True
+    marked = beside.all(axis=0)
+    near = [marked[each.nodes].any(axis=1) for each in groups]
+    signs = [
+        np.where(own, side, 0).astype(np.int8) for own, side in zip(near, sides, strict=True)
+    ]
+    first, sign = offsets(groups), np.concatenate(signs)
+    faces = part_faces(groups, near)
+    meets = np.zeros(first[-1], dtype=bool)
+    meets[faces.parts[sign[faces.parts].prod(axis=1) < 0]] = True
+    divisions = [
+        _Division(
+            _with_another_level(each), np.arange(len(each)), own, one,
+            np.where(meets[low:high], one, 0).astype(np.int8), CutFacets.none(each.division),
+        )
+        for each, own, one, low, high in zip(
+            groups, near, signs, first[:-1], first[1:], strict=True
+        )
+    ]  # fmt: skip
+    return _joined(divisions, np.arange(first[-1]), np.zeros(count), marked)
+
+
+def _joined(
+    divisions: Sequence[_Division], source: Indices, heights: Floats, marked: Bools
+) -> DividedCells:
+    """Return parts with the nodes at which they hold together.
+
+    Args:
+        divisions: Those of each shape.
+        source: Former part of each of all parts, shape (part,).
+        heights: Of present nodes [m], shape (node,).
+        marked: Nodes of cells that are cut, shape (node,).
+    """
     former = [each.parts for each in divisions]
     first = offsets(former)
     sign = np.concatenate([each.sign for each in divisions])
     faces = part_faces(former, [each.near for each in divisions])
     opposed = sign[faces.parts[:, 0]] * sign[faces.parts[:, 1]] < 0
-    source = np.concatenate(
-        [own.source + k for own, k in zip(divisions, offsets(groups)[:-1], strict=True)]
-    )
     copies = node_copies(former, faces[~opposed], faces[opposed], source, sign, heights, marked)
     inside = [each.cut.shifted(int(k)) for each, k in zip(divisions, first[:-1], strict=True)]
     between = facing_facets(former, faces[opposed], sign)
@@ -219,6 +269,12 @@ def _division(
     inside = _cut_inside(parts, pieces, found, number, both)
     side = np.where(has_side, new_sign, 0).astype(np.int8)
     return _Division(new, source, close[source], new_sign, side, inside)
+
+
+def _with_another_level(parts: CellParts) -> CellParts:
+    """Return parts whose pieces have another level, on which nothing is."""
+    inside = _with_level(parts.pieces.inside)
+    return replace(parts, pieces=replace(parts.pieces, inside=inside))
 
 
 def _with_level(inside: Simplices) -> Simplices:

@@ -14,7 +14,7 @@ from tissuec.geometry.cut_cells.clipping import are_flat
 from tissuec.geometry.cut_cells.joining import LEAST_SHARED, PartFaces, sides_fit
 from tissuec.geometry.cut_cells.overlaps import offsets, overlaps, turned_areas
 from tissuec.geometry.cut_cells.parts import CellParts, Sides, functions_at
-from tissuec.geometry.cut_cells.roots import parity
+from tissuec.geometry.cut_cells.roots import CellDivision, parity
 from tissuec.model.network import Floats, Indices
 
 
@@ -37,6 +37,13 @@ class CutFacets(Struct, frozen=True, eq=False):
 
     def __len__(self) -> int:
         return len(self.parts)
+
+    @classmethod
+    def none(cls, division: CellDivision) -> "CutFacets":
+        """Return no facets in cells of a shape."""
+        size, index = division.dimension, np.zeros((0, 2), dtype=np.int64)
+        roots = np.zeros((0, 2, size + 1), dtype=np.int64)
+        return cls(index, roots, np.zeros((0, 2, size, size + 1)))
 
     @classmethod
     def together(cls, some: "Sequence[CutFacets]") -> "CutFacets":
