@@ -235,8 +235,9 @@ def _built(drawing: Drawing, scene: Scene, findings: Findings) -> BodyArrays:
     planes = [said.plane for said in scene.environment.planes]
     body = drawing.body
     cuts = cut_counts(scene)[key_of(body.name)] + body.tears_by_faces
-    built = build_elements(drawing, findings, planes, is_cut=cuts > 0)
-    return with_phantoms(built, cuts) if cuts else built
+    is_cut = cuts > 0 or bool(body.interfaces)
+    built = build_elements(drawing, findings, planes, is_cut=is_cut)
+    return with_phantoms(built, cuts) if is_cut else built
 
 
 def join(bodies: Sequence[BodyArrays], joints: "Sequence[JointArrays]" = ()) -> Network:
@@ -399,6 +400,8 @@ def _body_part(
         is_solid=body.mesh.volume is not None,
         regions=_regions(body.body),
         element_region=body.element_region,
+        density=body.density,
+        interfaces=body.interfaces,
         reserve=body.reserve,
     )
 
@@ -497,6 +500,8 @@ def _can_break(network: Network, script: Script) -> bool:
     limits = (network.springs.strength, network.springs.crush)
     fields = (block.field for block in network.blocks)
     if any(field.breakable is not None for field in fields):
+        return True
+    if any(body.interfaces for body in network.bodies):
         return True
     return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
         may_break(event.action, network) for event in _events(script)

@@ -6,6 +6,7 @@ phantom nodes (``model.phantoms``), which take position and velocity of the node
 copies of, and part of their masses, so that mass and momentum stay the same.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +15,10 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.core.structs import replace
-from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights
+from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights, parted
 from tissuec.geometry.cut_cells.joining import free_faces, outer_faces
 from tissuec.geometry.cut_cells.overlaps import offsets
-from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces
+from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, Sides
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.geometry.elements import Measures
 from tissuec.mechanics.cut_body import CutBody
@@ -94,13 +95,44 @@ def divided(
     Raises:
         NotDivisible: There is nothing left in reserve.
     """
-    phantoms = state.network.phantoms_of(name)
-    assert phantoms is not None
     before = CutBody.of(state, name)
     near = near_heights(before.parts, state.position)
     found = cut(before.parts, heights, active, near)
-    if not len(found.copied):
-        return None
+    return _division_of(state, name, before, found, heights) if len(found.copied) else None
+
+
+def parted_along(state: "State", name: str, sides: Sequence[Sides]) -> Division:
+    """Return the division of a body along the faces between two kinds of elements.
+
+    Args:
+        name: Of the body.
+        sides: 1 of the kind in front, -1 of the one behind, 0 of others, of the elements in
+            ``CutBody.of``, shape (part,) each.
+
+    Raises:
+        NotDivisible: There is nothing left in reserve.
+    """
+    before, count = CutBody.of(state, name), state.network.node_count
+    found = parted(before.parts, sides, count)
+    return _division_of(state, name, before, found, np.full(count, np.nan))
+
+
+def _division_of(
+    state: "State", name: str, before: CutBody, found: DividedCells, heights: Floats
+) -> Division:
+    """Return the division of a body whose cells are divided.
+
+    Args:
+        name: Of the body.
+        before: Its elements.
+        found: What becomes of them.
+        heights: Of all nodes above the surface [m], NaN where none is divided, shape (node,).
+
+    Raises:
+        NotDivisible: There is nothing left in reserve.
+    """
+    phantoms = state.network.phantoms_of(name)
+    assert phantoms is not None
     is_new = _are_new(before, found)
     copies = _allocated(state, phantoms, found.copied)
     number = np.append(np.arange(state.network.node_count), copies)
@@ -319,17 +351,22 @@ def _share_masses(state: "State", division: Division) -> None:
     assert state.shares is not None
     matter = np.zeros(len(state.shares))
     fields = state.network.elements_of(division.phantoms.body)
+    drawn = state.network.body_named(division.phantoms.body)
     for field, parts, measured in zip(
         fields, division.body.parts, division.measured, strict=True
     ):
         own, are_whole = parts.some(~parts.are_whole), parts.are_whole
         volumes = volumes_at_nodes(field, own, measured, state.network.position)
+        cell = parts.cell[are_whole]
         each = [
-            (parts.nodes[are_whole], field.node_volumes[parts.cell[are_whole]]),
-            (own.nodes, volumes),
+            (parts.nodes[are_whole], field.node_volumes[cell], cell),
+            (own.nodes, volumes, own.cell),
         ]
-        for nodes, volumes in each:
-            matter += np.bincount(nodes.ravel(), volumes.ravel(), len(matter))
+        for nodes, sizes, of in each:
+            if drawn.density is not None:
+                dense = drawn.density[field.walls[of] - int(drawn.elements.start)]
+                sizes = sizes * dense[:, None]
+            matter += np.bincount(nodes.ravel(), sizes.ravel(), len(matter))
     copied, place = np.unique(division.copied, return_inverse=True)
     every = np.concatenate([copied, division.copies])
     lineage = np.concatenate([np.arange(len(copied)), place])

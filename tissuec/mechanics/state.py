@@ -107,6 +107,8 @@ class State(Struct, eq=False):
         blades: Ways of blades that close through elements, by sentence and time.
         cut_bodies: Bodies that blades have divided, ``cut_body.CutBody`` by their names.
         tears: Tears of solids, ``tearing.Tears`` by their names.
+        twins: Nodes that interfaces have on their other side, and the drawn nodes that they are
+            copies of, shape (2, n); None without interfaces.
         tied: Sections of cuts that are tied, ``tying.TiedSections`` by the names of bodies.
         shares: Of what the drawn node has, mass and drag, that each of its copies has, shape
             (node,); None without phantoms, which have none before a cut.
@@ -156,6 +158,7 @@ class State(Struct, eq=False):
     tied: dict[str, Any] = field(default_factory=dict[str, Any])
     riders: Indices | None = None
     tears: dict[str, Any] = field(default_factory=dict[str, Any])
+    twins: Indices | None = None
 
     @classmethod
     def start(cls, network: Network, *, gravity: Floats, drag: float) -> "State":
@@ -391,7 +394,8 @@ class State(Struct, eq=False):
         """Return nodes with their copies at the same side of a cut, ascending, shape (m,).
 
         A copy belongs to a set if its parent does, and a node of the set is in one part with
-        it.
+        it. A set that fills elements beside an interface, such as a region, has the nodes of
+        the interface on the side of these elements only, others have those on both sides.
 
         Args:
             nodes: Of the bodies as drawn, ascending, shape (n,).
@@ -399,15 +403,41 @@ class State(Struct, eq=False):
         if not self.is_cut:
             return nodes
         parents = self.network.parents
+        are_copies = parents != np.arange(len(parents))
+        if self.twins is not None:
+            nodes = self._on_own_sides(nodes, self.twins)
+            are_copies[self.twins[0]] = False
         chosen = np.zeros(len(parents), dtype=bool)
         chosen[nodes] = True
         found = chosen.copy()
+        belongs = np.zeros(len(parents), dtype=bool)
+        belongs[parents[nodes]] = True
         for each in self.cut_elements:
             own = each.nodes[self.alive[each.walls]]
-            are_copies = (parents[own] != own).all(axis=1)
-            beside = own[chosen[own].any(axis=1) | are_copies]
-            found[beside[chosen[parents[beside]]]] = True
+            beside = own[chosen[own].any(axis=1) | are_copies[own].all(axis=1)]
+            found[beside[are_copies[beside] & belongs[parents[beside]]]] = True
         return np.flatnonzero(found)
+
+    def _on_own_sides(self, nodes: Indices, twins: Indices) -> Indices:
+        """Return nodes with those of interfaces that belong to them; see ``with_copies``.
+
+        Args:
+            nodes: As drawn, or with copies, shape (n,).
+            twins: See ``State``.
+        """
+        parents = self.network.parents
+        chosen, filled, is_known, fills = np.zeros((4, len(parents)), dtype=bool)
+        chosen[nodes] = True
+        copies, drawn = twins
+        is_known[drawn[chosen[copies]]] = True  # a set that has copies is complete
+        own = chosen[drawn] & ~is_known[drawn]
+        members = np.concatenate([np.unique(drawn[own]), copies[own]])
+        for each in self.elements:
+            beside = each.nodes[self.alive[each.walls]]
+            filled[beside[chosen[parents[beside]].all(axis=1)]] = True
+        fills[parents[members[filled[members]]]] = True
+        chosen[members] = filled[members] | ~fills[parents[members]]
+        return np.flatnonzero(chosen)
 
     @property
     def drawn(self) -> Floats:

@@ -29,7 +29,7 @@ from tissuec.mechanics.cut_body import CutBody
 from tissuec.mechanics.cutting import carry_out_tied, divided
 from tissuec.mechanics.tying import TiedSections, put_ties
 from tissuec.model.network import Floats, Indices
-from tissuec.model.torn import Torn
+from tissuec.model.torn import Peeled, Torn
 
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State
@@ -83,6 +83,8 @@ def tear(state: "State", name: str, broken: Indices) -> Torn:
         NotDivisible: The reserve of the body is exhausted.
     """
     freed = _open(state, name, broken)
+    if not has_limits(state, name):
+        return freed
     front = TearFront.of(state, name)
     front.advance(np.isin(np.concatenate(front.body.entities), broken))
     torn = front.divide(state)
@@ -100,14 +102,17 @@ def _open(state: "State", name: str, broken: Indices) -> Torn:
     own = np.isin(tied.entities[:, 0], broken) & tears
     body = state.cut_bodies[name]
     lost = tied.some(own & tied.softens)
-    areas = lost.areas(state.network, name, body)
-    energy = 0.0
-    if len(lost):
-        energy = lost.field(state.network, name, body).energy(state.time, state.position)
-    wholes = _drawn_entities(state, name, body, lost.entities[:, 0])
+    faces = dict[int, Peeled]()
+    for number in np.unique(lost.interface).tolist():
+        one = lost.some(lost.interface == number)
+        area = float(one.areas(state.network, name, body).sum())
+        energy = float(one.field(state.network, name, body).energy(state.time, state.position))
+        wholes = _drawn_entities(state, name, body, one.entities[:, 0])
+        faces[number] = Peeled(number, wholes, area, energy)
+    torn = faces.pop(-1, Peeled(-1, none, 0.0, 0.0))
     left = replace(tied, softens=tied.softens | own).some(~(own & tied.softens))
     put_ties(state, name, _softened(left, body, state.network.position))
-    return Torn(wholes, none, float(areas.sum()), float(energy))
+    return Torn(torn.elements, none, torn.area, torn.energy, tuple(faces.values()))
 
 
 def _softened(tied: TiedSections, body: CutBody, drawn: Floats) -> TiedSections:
@@ -118,8 +123,10 @@ def _softened(tied: TiedSections, body: CutBody, drawn: Floats) -> TiedSections:
         return tied
     middle = tied.values(body, drawn)[:, 0].mean(axis=1)
     away, _ = cKDTree(middle[tied.softens]).query(middle)
-    near = np.isfinite(tied.first) & (away < BESIDE * tied.size)
-    return replace(tied, softens=tied.softens | near)
+    tears, fronts = np.isfinite(tied.first), tied.entities[:, 0]
+    # All triangles of a section, which are free together.
+    near = np.isin(fronts, fronts[tears & (away < BESIDE * tied.size)])
+    return replace(tied, softens=tied.softens | (tears & near))
 
 
 def _drawn_entities(state: "State", name: str, body: CutBody, parts: Indices) -> Indices:
@@ -373,13 +380,22 @@ class TearFront:
         return Torn(_drawn_entities(state, self.name, found.body, alone), edges)
 
 
+def has_limits(state: "State", name: str) -> bool:
+    """Return whether elements of a body tear; ties of its interfaces part without.
+
+    Args:
+        name: Of the body.
+    """
+    return any(each.limits is not None for each in state.network.elements_of(name))
+
+
 def set_limits(state: "State", name: str) -> None:
     """Set the limits of elements, lower where a tear is about to enter (``TearFront.ahead``).
 
     Args:
         name: Of the body; without limits, nothing changes.
     """
-    if all(each.limits is None for each in state.network.elements_of(name)):
+    if not has_limits(state, name):
         return
     front = TearFront.of(state, name)
     enters, _ = front.ahead()

@@ -8,7 +8,10 @@ with h = V/A of its volume and its section, in series where it joins two element
 A tie with k h/E of 1 to 10 gives the opening of a slit, and the energy that it releases, in
 elements of any orientation; 3 costs a third of the stable step. Nearly incompressible tissue,
 whose step depends on its bulk modulus, can have 10. (Measured for this program. Cohesive
-segments: J. J. C. Remmers, R. de Borst, A. Needleman, Comput. Mech. 31:69, 2003.)
+segments: J. J. C. Remmers, R. de Borst, A. Needleman, Comput. Mech. 31:69, 2003.) Ties of an
+interface are everywhere between two regions, which they must not soften: k h/E is
+``STIFF_INTERFACE`` there. The zone in which they soften lies along the faces, so that its
+length is in sizes of these.
 """
 
 from collections.abc import Sequence
@@ -19,7 +22,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
-from tissuec.forces.moduli import poisson_of, young_of
+from tissuec.forces.moduli import plane_modulus, poisson_of, young_of
+from tissuec.forces.solids.element_limits import softening_strength
 from tissuec.forces.solids.ties import FAR, SofteningTies, Ties
 from tissuec.forces.surfaces.membranes import Membranes
 from tissuec.geometry.blade_sections import halves
@@ -34,7 +38,7 @@ if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
-STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
+STIFF, STIFF_INCOMPRESSIBLE, STIFF_INTERFACE = 3.0, 10.0, 10.0
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
 #: Largest ω² of ties, over that of ties of a whole section between undivided elements.
 SWIFT = 1.5
@@ -43,7 +47,7 @@ ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface a
 SUDDEN = 1.01
 _COLUMNS = (
     "entities", "roots", "shares", "stiffness", "damping", "size", "soft", "first", "last",
-    "softens",
+    "softens", "interface",
 )  # fmt: skip
 #: Of triangles, of degree 2, and of lines, of degree 3, by the number of corners; weights are
 #: equal.
@@ -68,6 +72,8 @@ class TiedSections(Struct, frozen=True, eq=False):
         first, last: Openings at which they begin to soften and are free [m], shape (triangle,);
             infinite where a blade alone parts them.
         softens: Which have begun, shape (triangle,).
+        interface: Number of the interface of the body that each lies in, -1 of cuts and tears,
+            shape (triangle,).
         heights: Of nodes of all parts that were ever tied, above the surfaces of their cuts
             [m], NaN of others, shape (node,).
     """
@@ -82,6 +88,7 @@ class TiedSections(Struct, frozen=True, eq=False):
     first: Floats
     last: Floats
     softens: Bools
+    interface: Indices
     heights: Floats
 
     def __len__(self) -> int:
@@ -93,12 +100,14 @@ class TiedSections(Struct, frozen=True, eq=False):
         index = np.zeros((0, 2), dtype=np.int64)
         roots, numbers = np.zeros((0, 2, corners), dtype=np.int64), [np.zeros(0)] * 6
         shares, none = np.zeros((0, 2, corners - 1, corners)), np.zeros(0, dtype=bool)
-        return cls(index, roots, shares, *numbers, none, np.full(nodes, np.nan))
+        heights = np.full(nodes, np.nan)
+        return cls(index, roots, shares, *numbers, none, index[:, 0], heights)
 
     @classmethod
     def of(
-        cls, network: Network, name: str, body: CutBody, found: CutFacets, heights: Floats
-    ) -> Self:
+        cls, network: Network, name: str, body: CutBody, found: CutFacets, heights: Floats,
+        interface: int = -1,
+    ) -> Self:  # fmt: skip
         """Return all sections of a cut.
 
         Args:
@@ -106,22 +115,32 @@ class TiedSections(Struct, frozen=True, eq=False):
             body: Its elements after the cut.
             found: Triangles of the cut, with numbers of parts over all shapes.
             heights: Of all nodes above the surface, copies among them [m], shape (node,).
+            interface: Number of the interface of the body that they lie in; -1 of others.
         """
         areas = facet_areas(network.elements_of(name), body.parts, found, network.position)
-        columns = [np.zeros((0, 6))]
+        columns = [np.zeros((0, 7))]
         for field, parts in zip(network.elements_of(name), body.parts, strict=True):
             shear, bulk = field.shear[parts.cell], field.bulk_modulus[parts.cell]
             is_soft = poisson_of(shear, bulk) < NEARLY_INCOMPRESSIBLE
             stiff = np.where(is_soft, STIFF, STIFF_INCOMPRESSIBLE)
             late = field.viscosity[parts.cell] / shear
             young = young_of(shear, bulk)
-            each = field.volume[parts.cell], young, stiff, late, *_strengths(field, parts.cell)
+            each = (
+                field.volume[parts.cell], young, stiff, late, plane_modulus(shear, bulk),
+                *_strengths(field, parts.cell),
+            )  # fmt: skip
             columns.append(np.stack(each, axis=1))
         every = np.moveaxis(np.concatenate(columns)[found.parts], 2, 0)
-        volume, young, stiff, late, strength, energy = every
+        volume, young, stiff, late, plane, strength, energy = every
         _, pair = np.unique(found.parts, axis=0, return_inverse=True)
         section = np.bincount(pair.ravel(), areas)[pair.ravel()]
         own = section > 0.0
+        if interface >= 0:
+            tough = network.body_named(name).interfaces[interface].toughness
+            stiff = np.full_like(stiff, STIFF_INTERFACE)
+            along = np.sqrt(section)[:, None]
+            energy = np.full_like(energy, tough)
+            strength = softening_strength(plane, energy, along)
         size = volume[own] / section[own, None]
         stiffness = 2.0 * stiff[own].min(axis=1) / (size / young[own]).sum(axis=1)
         entities = np.concatenate(body.entities)[found.parts[own]]
@@ -130,10 +149,11 @@ class TiedSections(Struct, frozen=True, eq=False):
         with np.errstate(invalid="ignore"):
             last = np.maximum(2.0 * energy / strength, SUDDEN * first)
         last = np.where(np.isfinite(first), last, np.inf)
+        count = len(first)
         return cls(
             entities, found.roots[own], found.shares[own], stiffness,
-            stiffness * late[own].mean(axis=1), size.mean(axis=1), np.ones(len(first)),
-            first, last, np.zeros(len(first), dtype=bool), heights,
+            stiffness * late[own].mean(axis=1), size.mean(axis=1), np.ones(count), first, last,
+            np.zeros(count, dtype=bool), np.full(count, interface), heights,
         )  # fmt: skip
 
     @property

@@ -20,6 +20,7 @@ from tissuec.core.arrays import largest_side
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.model.blocks import EMBEDDING, OF_ELEMENTS, FieldBlock, NetSize
+from tissuec.model.interfaces import Interface
 from tissuec.model.phantoms import NO_RESERVE, Phantoms, Reserve
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
 from tissuec.model.springs import COLUMNS, Springs
@@ -116,6 +117,8 @@ class BodyPart(Struct, frozen=True, eq=False):
         regions: Its regions with their tissues; "" comes first, for what is in none.
         element_region: Which of them each element belongs to, shape (element,); None without
             elements.
+        density: Of its elements over that of any, shape (element,); None where it is even.
+        interfaces: Faces between its regions that can come apart.
         reserve: How many of its nodes and elements, the last ones, are in reserve for cuts.
     """
 
@@ -134,6 +137,8 @@ class BodyPart(Struct, frozen=True, eq=False):
     is_solid: bool = False
     regions: tuple[tuple[str, str], ...] = ()
     element_region: Indices | None = None
+    density: Floats | None = None
+    interfaces: tuple[Interface, ...] = ()
     reserve: Reserve = NO_RESERVE
 
     @property
@@ -454,6 +459,10 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     def phantoms_of(self, body: str) -> Phantoms | None:
         """Return the reserve of a body for cuts, by its name; None if it has none."""
         return next((part for part in self.phantoms if part.body == body), None)
+
+    def body_named(self, name: str) -> BodyPart:
+        """Return a body by its name."""
+        return next(body for body in self.bodies if body.name == name)
 
     def body_at(self, node: int) -> BodyPart:
         """Return the body of one of the ``body_nodes``."""

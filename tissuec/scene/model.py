@@ -238,6 +238,25 @@ class SpringPart(Struct, frozen=True):
     span: Span
 
 
+class RegionInterface(Struct, frozen=True):
+    """Faces between the elements of two regions that can come apart.
+
+    Attributes:
+        sides: The regions, or the body for what is in none.
+        toughness: Energy per area as drawn [J/m²].
+    """
+
+    sides: tuple[s.Name, s.Name]
+    toughness: float
+    span: Span
+
+    @property
+    def name(self) -> str:
+        """Return what messages call it: from one region to the other."""
+        first, second = (side.text for side in self.sides)
+        return f"from {first} to {second}"
+
+
 class Tables(Struct, frozen=True):
     """Explicit nodes and springs."""
 
@@ -295,6 +314,7 @@ class Body(Struct, frozen=True, eq=False, kw_only=True):
         interface: "mean", "softer" or "stiffer": what springs between two regions are made of
             if no part says it; "" if not written.
         spring_parts: Springs with a tissue of their own, between regions before chosen ones.
+        interfaces: Faces between regions of elements that can come apart.
         rupture: ``rupture is allowed``, ``by toughness`` or ``by faces``; empty if not written.
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
@@ -322,6 +342,7 @@ class Body(Struct, frozen=True, eq=False, kw_only=True):
     regions: tuple[Region, ...] = ()
     interface: str = ""
     spring_parts: tuple[SpringPart, ...] = ()
+    interfaces: tuple[RegionInterface, ...] = ()
     rupture: Rupture = ""
     bending: Bending | None = None
     fibres: "Direction | None" = None

@@ -42,7 +42,7 @@ def break_apart(state: State, broken: Indices) -> Broken:
     edges = [broken[:0], *(each.edges for each in torn.values())]
     if len(broken):
         edges.append(state.break_entities(broken))
-    parted = np.concatenate([broken, *(each.elements for each in torn.values())])
+    parted = np.concatenate([broken, *(each.every_element for each in torn.values())])
     return Broken(np.unique(parted), np.unique(np.concatenate(edges)), torn)
 
 

@@ -145,6 +145,15 @@ class BladeWay(Struct, frozen=True, eq=False):
             lines = WallLines.of(fields[0], facets, groups[0])
         each = resistances(state.network, body, groups)
         resistance = np.concatenate(each)[facets.parts].mean(axis=1)
+        if tied is not None and lines is None:
+            at, areas, resistance = (
+                np.concatenate(both)
+                for both in zip(
+                    (at, areas, resistance),
+                    _tied_on(state.network, body, before, tied, heights, plain),
+                    strict=True,
+                )
+            )
         way = cls(
             body, blade, heights, plain, entities, begin, end, at, areas, resistance, lines
         )  # fmt: skip
@@ -226,16 +235,46 @@ class BladeWay(Struct, frozen=True, eq=False):
         return tied.some(~are_own).followed_by(left, body)
 
 
+def _tied_on(
+    network: Network,
+    body: str,
+    parts: CutBody,
+    tied: TiedSections,
+    heights: Floats,
+    plain: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """Return what of a blade lies in sections of a solid that are tied already.
+
+    Args:
+        body: Its name.
+        parts: Its elements.
+        heights: Of all nodes above the blade [m], shape (node,).
+        plain: p and q of all nodes, shape (node, 2).
+
+    Returns:
+        p and q of corners, shape (triangle, 3, 2), areas as drawn [m²] and resistances [J/m²],
+        shape (triangle,) each.
+    """
+    own = tied.existing(parts)
+    own = own.some(own.are_on(parts, heights))
+    each = [own.linear(parts, values).mean(axis=1) for values in plain.T]
+    areas = own.areas(network, body, parts)
+    found = own.of_parts(parts, resistances(network, body, parts.parts))
+    return np.stack(each, axis=-1), areas, found.mean(axis=1)
+
+
 def continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
     """Return heights above a blade that continues the surface of tied sections close to it.
 
-    Of sections that adjoin, all are continued or none: a surface that is partly the former one
-    would not meet its end.
+    Of sections of cuts that adjoin, all are continued or none: a surface that is partly the
+    former one would not meet its end.
 
     Args:
         body: Elements that exist.
         heights: Of all nodes above the blade [m], shape (node,).
     """
+    heights = along_interfaces(tied, body, heights)
+    tied = tied.some(tied.interface < 0)
     if not len(tied):
         return heights
     away = np.abs(tied.values(body, heights[:, None])[..., 0].mean(axis=1)).max(axis=1)
@@ -250,6 +289,25 @@ def continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
     facing = np.bincount(group[own], known * heights[own], len(heights))[group[own]]
     found = heights.copy()
     found[own] = np.where(facing < 0.0, -known, known)
+    return found
+
+
+def along_interfaces(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
+    """Return heights above a blade that goes along the interfaces that are close to it.
+
+    Args:
+        body: Elements that exist.
+        heights: Of all nodes above the blade [m], NaN of nodes without, shape (node,).
+    """
+    tied = tied.some(tied.interface >= 0)
+    if not len(tied):
+        return heights
+    ends = np.take_along_axis(tied.nodes(body), tied.roots, axis=2)
+    here = (tied.shares > 0.0).any(axis=2)  # corners of the face
+    away = np.where(here, np.abs(heights[ends]), 0.0).max(axis=(1, 2))
+    is_near = away < CONTINUED * tied.size
+    found = heights.copy()
+    found[ends[is_near][here[is_near]]] = 0.0
     return found
 
 

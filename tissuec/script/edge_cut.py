@@ -279,13 +279,14 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
             return known, none
         body = CutBody.of(state, name)
         plain = found = plane.heights(state.position)
+        nodes = np.zeros(len(plain), dtype=bool)
         if (tied := state.tied.get(name)) is not None:
             found = continued(tied.existing(body), body, plain)
+            nodes = (found != plain) & ~np.isnan(tied.heights)
         heights = np.where(np.isnan(known), found, known)
         near = near_heights(body.parts, state.position)
         heights = np.where(np.abs(heights) < near, 0.0, heights)
         touched = list[Indices]()
-        nodes = found != plain
         for parts, entities in zip(body.parts, body.entities, strict=True):
             met, _, _, covered = met_sections(parts, entities, heights, state.position, blade)
             own = met[covered > LEAST_SHARE]

@@ -237,7 +237,12 @@ class Plan(Struct, frozen=True, eq=False):
 
     def start(self, network: Network) -> State:
         """Return the state at 0 s, before any event."""
-        return State.start(network, gravity=self.gravity, drag=self.drag)
+        state = State.start(network, gravity=self.gravity, drag=self.drag)
+        if any(body.interfaces for body in network.bodies):
+            from tissuec.mechanics.interfaces import part_interfaces  # where there are any
+
+            part_interfaces(state)
+        return state
 
 
 def without_outputs(plan: Plan) -> Plan:

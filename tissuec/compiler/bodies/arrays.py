@@ -15,6 +15,7 @@ from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
 from tissuec.model.inelastic import NAMES as INELASTIC
+from tissuec.model.interfaces import NO_PARTING, Interface, Parting
 from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
 from tissuec.model.phantoms import NO_RESERVE, Reserve
 from tissuec.model.resistance import SurfaceFriction
@@ -60,6 +61,9 @@ class BodyArrays(Struct, frozen=True, eq=False):
     breaking: Provenance | None = None  # origins of the limits of elements
     weighing: Floats | None = None
     element_region: Indices | None = None
+    density: Floats | None = None  # of elements over that of any; None where it is even
+    interfaces: tuple[Interface, ...] = ()
+    parting: Parting = NO_PARTING  # of the interfaces
     reserve: Reserve = NO_RESERVE  # of the last nodes and elements
 
 

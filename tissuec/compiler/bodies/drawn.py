@@ -381,8 +381,10 @@ def _select_springs(drawing: Drawing, scope: Scope) -> NDArray[np.int64]:
     return found
 
 
-def _between(drawing: Drawing, sides: tuple[s.Name, s.Name], findings: Findings) -> Mask:
-    """Return which springs lead from one region, or the rest of the body, to another."""
+def numbered(
+    drawing: Drawing, sides: tuple[s.Name, s.Name], findings: Findings
+) -> tuple[int, int]:
+    """Return the numbers of two regions, 0 for what is in none; reject others."""
     names = [key_of(drawing.body.name), *drawing.regions]
     for name in sides:
         if name.key not in names:
@@ -391,6 +393,12 @@ def _between(drawing: Drawing, sides: tuple[s.Name, s.Name], findings: Findings)
                 hint=alternatives(name.key, names, what="regions"),
             )  # fmt: skip
     first, second = (names.index(name.key) for name in sides)
+    return first, second
+
+
+def _between(drawing: Drawing, sides: tuple[s.Name, s.Name], findings: Findings) -> Mask:
+    """Return which springs lead from one region, or the rest of the body, to another."""
+    first, second = numbered(drawing, sides, findings)
     ends = np.sort(drawing.part[drawing.mesh.ends], axis=1)
     found = np.asarray((ends == sorted((first, second))).all(axis=1)) & (first != second)
     if drawing.thread is not None:

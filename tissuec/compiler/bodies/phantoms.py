@@ -51,7 +51,9 @@ def _cut_names(items: Iterable[s.Item]) -> Iterable[str]:
 
 
 def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
-    """Return the reserve that a body needs for a number of cuts, at least one.
+    """Return the reserve that a body needs for its interfaces and a number of cuts.
+
+    Interfaces come first: each of the nodes that they make may be cut.
 
     Quadratic hexahedra, and elements that can break other than by faces, are removed where they
     are cut.
@@ -60,10 +62,12 @@ def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
     breaks = any(one.limits is not None for one in fields) and not tears
     if breaks or any(one.cell_shape not in _RIDERS for one in fields):
         return NO_RESERVE
-    copies = 2 ** min(cuts, MOST) * len(body.mesh.position)
+    of_each = 1 + 2 ** min(cuts, MOST) if cuts else 1
+    copies = ((1 + body.parting.copies) * of_each - 1) * len(body.mesh.position)
     elements = sum(each.item_count for each in fields)
     riders = cuts * ceil(sum(_riders(each, body.mesh.position) for each in fields))
-    return Reserve(copies + riders, _PARTS * cuts * elements, cuts, riders)
+    spare = _PARTS * cuts * elements + body.parting.elements
+    return Reserve(copies + riders, spare, cuts, riders)
 
 
 def _riders(elements: "PointField", position: Floats) -> float:
@@ -83,10 +87,10 @@ def _crossed(heights: Floats) -> int:
 
 
 def with_phantoms(body: BodyArrays, cuts: int) -> BodyArrays:
-    """Return a body with its reserve for cuts.
+    """Return a body with its reserve for interfaces and cuts.
 
     Args:
-        cuts: How many sentences cut it, at least one.
+        cuts: How many sentences cut it.
     """
     reserve = reserve_of(body, cuts)
     if not reserve.nodes:

@@ -201,6 +201,11 @@ def breakable_entities(compiled: Compiled) -> NDArray[np.bool_]:
         if (able := field.breakable) is not None:
             breakable[able.entities] = True
             breakable[edges_of(network, able.entities)] = True
+    for body in network.bodies:
+        for interface in body.interfaces:
+            beside = int(body.elements.start) + np.flatnonzero(interface.sides)
+            breakable[beside] = True
+            breakable[edges_of(network, beside)] = True
     for event in compiled.plan.every_event:
         if follows(event.action, Breaking):
             breakable[event.action.breakable(network)] = True

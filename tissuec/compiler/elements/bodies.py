@@ -365,6 +365,7 @@ class ElementReader:
             spread: Returns masses of nodes for densities of elements.
         """
         node_part, even = self.drawing.part, np.ones(len(self.part))
+        self.density = None
         if self.body.mass is not None:
             known = Provenance(
                 np.zeros_like(node_part), (Origin(self.body.places["mass"], "written"),)
@@ -379,6 +380,8 @@ class ElementReader:
         is_dense = np.array([g is not None and g.quantity.is_of_matter for g in given])
         density = np.where(is_dense[self.part], self.parts.at_elements(given, 0.0), 0.0)
         values = spread(density)
+        if is_dense[self.part].all() and (density != density[0]).any():
+            self.density = density / density[0]
         for number, one in enumerate(given):
             if one is not None and not is_dense[number]:
                 own = node_part == number

@@ -6,6 +6,7 @@ from tissuec.compiler.bodies.arrays import BodyArrays, check_sizes, initial_velo
 from tissuec.compiler.bodies.drawn import Drawing
 from tissuec.compiler.contact.surface_friction import friction_of
 from tissuec.compiler.elements.bodies import ElementReader
+from tissuec.compiler.elements.interfaces import interfaces_of
 from tissuec.compiler.elements.membranes import MembraneReader
 from tissuec.compiler.materials.cutting_resistance import SpringResistance
 from tissuec.model.springs import Springs
@@ -20,13 +21,15 @@ def build_elements(
 
     Args:
         planes: Of symmetry of the scene.
-        is_cut: Whether the script cuts it. Then masses are those of the elements around nodes,
-            as those that have the moments of the whole are not those of its parts.
+        is_cut: Whether it can be cut or come apart. Then masses are those of the elements
+            around nodes, as those that have the moments of the whole are not those of its
+            parts.
     """
     of_kind = MembraneReader if drawing.body.is_wall else ElementReader
     body, reader = drawing.body, of_kind(drawing, findings, planes)
     (mass, origins), elements = reader.mass(turns=not is_cut), reader.elements()
     velocity = initial_velocity(drawing, mass)
+    interfaces, parting = interfaces_of(drawing, findings)
     check_sizes(body, {"mass": mass, "velocity": velocity}, findings)
     return BodyArrays(
         body,
@@ -47,4 +50,7 @@ def build_elements(
         breaking=reader.limits.known(reader.part),
         weighing=None if body.is_wall else reader.weights() / mass,
         element_region=drawing.element_part,
+        density=reader.density,
+        interfaces=interfaces,
+        parting=parting,
     )

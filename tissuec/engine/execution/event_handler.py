@@ -16,7 +16,7 @@ from tissuec.mechanics import observables
 from tissuec.mechanics.rest import is_stable, rests_pressed
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.torn import Torn
+from tissuec.model.torn import Peeled, Torn
 from tissuec.script.breaking import break_apart
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan
@@ -215,7 +215,7 @@ class EventHandler:
         self.run_state.ruptured[parted] = self.run_state.ruptured[edges] = True
         elements = elements[np.isin(elements, parted)]
         for each in torn.values():
-            elements = np.setdiff1d(elements, each.elements)
+            elements = np.setdiff1d(elements, each.every_element)
         self._log_broken("rupture", springs[~is_pressed])
         self._log_broken("crush", springs[is_pressed])
         for event in broken_elements(self.network, motion[0], elements, edges):
@@ -321,14 +321,21 @@ def broken_elements(
 
 
 def _torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[LoggedEvent]:
-    """Yield one event for all elements of a body whose faces have opened.
+    """Yield one event for all elements of a body whose faces have opened, and for interfaces.
 
-    Without such faces, the events are those of ``broken_elements``.
+    Without faces of tears, the events are those of ``broken_elements``.
 
     Args:
         position: Of all nodes [m], shape (node, 3).
         torn: What tore in it.
     """
+    for one in torn.peeled:
+        first = int(one.elements[0])
+        interface = network.owner(first).interfaces[one.interface]
+        at = "at" if len(one.elements) == 1 else "first at"
+        text = f"the interface {interface.name} has opened ({_taken(one)}), {at} "
+        text += _place_of_element(network, first)
+        yield LoggedEvent("rupture", tuple(one.elements.tolist()), text, interface.span)
     if not torn.area:
         yield from broken_elements(network, position, torn.elements, torn.edges)
         return
@@ -338,10 +345,14 @@ def _torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[Logg
     count = len(torn.elements)
     what = _place_of_element(network, first) if count == 1 else counted(count, "element")
     of = "" if count == 1 else f", first {_place_of_element(network, first)}"
-    spent = f"{show_in(torn.area, 'mm^2')}, {show(torn.energy, ENERGY)}"
-    text = f"the faces in {what} have opened ({spent}){of}"
+    text = f"the faces in {what} have opened ({_taken(torn)}){of}"
     springs = (*torn.elements.tolist(), *torn.edges.tolist())
     yield LoggedEvent("rupture", springs, text, origin.span)
+
+
+def _taken(faces: Torn | Peeled) -> str:
+    """Return the area as drawn and the energy of faces that are free now."""
+    return f"{show_in(faces.area, 'mm^2')}, {show(faces.energy, ENERGY)}"
 
 
 def _exceeded(network: Network, position: Floats, element: int) -> str:

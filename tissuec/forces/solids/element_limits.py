@@ -34,6 +34,21 @@ SOFTENING = 3.0
 ZONE = 9.0 * np.pi / 32.0
 
 
+def softening_strength(plane: Floats, energy: Floats | float, size: Floats) -> Floats:
+    """Return the strength of faces that soften, for a mesh [Pa], shape (n,).
+
+    The zone in which they soften is then n = ``SOFTENING`` elements long: with the modulus E'
+    in plane strain, σ² = 9π/32 E' G/(n h) (A. Turon, C. G. Dávila, P. P. Camanho, J. Costa,
+    Eng. Fract. Mech. 74:1665, 2007).
+
+    Args:
+        plane: E' [Pa], shape (n,).
+        energy: G [J/m²].
+        size: h as drawn [m], shape (n,).
+    """
+    return np.sqrt(ZONE * plane * energy / (SOFTENING * size))
+
+
 class Loaded(Protocol):
     """Elements of one shape, as ``forces.point_fields.PointField``."""
 
@@ -92,16 +107,13 @@ class ElementLimits(Struct, frozen=True, eq=False):
     def softening(self, shear: Floats, bulk: Floats, size: Floats) -> "ElementLimits":
         """Return the same with strengths that follow from the toughness of faces.
 
-        The zone in which faces soften is then n = ``SOFTENING`` elements long: with the modulus
-        E' in plane strain, σ² = 9π/32 E' G/(n h) (A. Turon, C. G. Dávila, P. P. Camanho,
-        J. Costa, Eng. Fract. Mech. 74:1665, 2007).
+        See ``softening_strength``.
 
         Args:
             shear, bulk: Initial moduli [Pa], shape (element,).
             size: h of elements as drawn [m], shape (element,).
         """
-        plane = plane_modulus(shear, bulk)
-        found = np.sqrt(ZONE * plane * self.parting / (SOFTENING * size))
+        found = softening_strength(plane_modulus(shear, bulk), self.parting, size)
         return replace(self, stress=np.where(self.parting > 0.0, found, self.stress))
 
     @property

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from tissuec.core.errors import Note
 from tissuec.core.fields import OneOf
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
@@ -178,6 +179,7 @@ class _BodyReader:
             spring_parts=tuple(
                 sorted(self.parts.spring_parts, key=lambda part: part.sides is None)
             ),
+            interfaces=tuple(self.parts.interfaces),
             bending=bending,
             shell=shell,
             elements=self.elements,
@@ -340,6 +342,7 @@ class _BodyReader:
                 "or bending = 20 %",
             )
         self._refuse_faces()
+        self._refuse_interfaces()
         if SECOND_FIBRES in self.once:
             self.findings.add(
                 "TIS306",
@@ -369,6 +372,17 @@ class _BodyReader:
                 hint=Hint("write rupture is allowed", Edit("rupture is allowed", place)),
             )
 
+    def _refuse_interfaces(self) -> None:
+        """Report interfaces with a toughness in a body whose elements cannot come apart."""
+        for one in self.parts.interfaces:
+            self.findings.add(
+                "TIS306",
+                "only regions of solids of elements that are not quadratic come apart at an "
+                "interface",
+                one.span,
+                hint="remove the toughness, or use a solid with a tissue in pascals",
+            )
+
     def _refuse_springs(
         self, made: MadeOfElements, bending: Bending | None, shell: Span | None
     ) -> Span | None:
@@ -389,6 +403,16 @@ class _BodyReader:
         wall = is_wall(self.mesh)
         if wall or made.is_quadratic:
             self._refuse_faces()
+            self._refuse_interfaces()
+        elif self.parts.interfaces and self.rest.get("rupture") in ("allowed", "by toughness"):
+            place = self.once["rupture"]
+            self.findings.add(
+                "TIS306",
+                "elements beside an interface with a toughness cannot break as a whole",
+                place,
+                hint=Hint("write rupture by faces", Edit("rupture by faces", place)),
+                notes=(Note("the interface", self.parts.interfaces[0].span),),
+            )
         refuse_entries(self.once, made, self.findings, wall=wall)
         if made.is_quadratic:
             known = self.rest.get("rupture")

@@ -3,11 +3,20 @@
 from collections.abc import Mapping
 from typing import Annotated
 
+from tissuec.core import units
 from tissuec.core.errors import Note
-from tissuec.core.hints import Hint
+from tissuec.core.fields import Real
+from tissuec.core.hints import Hint, leaving_out
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
-from tissuec.scene.model import AssignedQuantity, Graded, Region, SpringPart, Tissue
+from tissuec.scene.model import (
+    AssignedQuantity,
+    Graded,
+    Region,
+    RegionInterface,
+    SpringPart,
+    Tissue,
+)
 from tissuec.scene.program.declarations import Declarations
 from tissuec.scene.reading import schema
 from tissuec.scene.reading.block_sentences import SentenceKind, SentenceReader
@@ -22,7 +31,7 @@ from tissuec.scene.reading.graded import (
 )
 from tissuec.scene.reading.parts import block
 from tissuec.scene.tissues.names import read_tissue, tissue_entry
-from tissuec.scene.tissues.quantities import QUANTITIES
+from tissuec.scene.tissues.quantities import QUANTITIES, TOUGHNESS
 from tissuec.scene.tissues.written_numbers import read_given
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import (
@@ -87,7 +96,7 @@ class BlendedWords(VerbSentence, frozen=True):
 
 
 class BetweenWords(VerbSentence, frozen=True):
-    """Springs between two regions, whose block says what they are made of."""
+    """What is between two regions: springs of a tissue, or faces with a toughness."""
 
     first: First
     second: Second
@@ -133,13 +142,32 @@ SPRINGS_ENTRY = written(
         _inside("the tissue of the selected springs", "initial strain of these springs")
     ),
 )  # fmt: skip
-INTERFACE_ENTRY = written(
-    "interface", "the material of springs between two regions", *_PLAIN.forms,
-    *INTERFACE_KIND.forms, default="", reads=_read_plain, repeats=True, begins=" ",
-    opens=block(_inside(
-        "the tissue of the springs between two regions", "initial strain of these springs"
-    )),
+_TOUGHNESS = entry(
+    TOUGHNESS, Real(units.STIFFNESS, above=0.0, example="5 J/m^2"),
+    "energy per area at which two regions of solid elements come apart",
 )  # fmt: skip
+INTERFACE_ENTRY = written(
+    "interface",
+    "what joins two regions: the material of springs between them, or a toughness of their "
+    "common faces",
+    *_PLAIN.forms, *INTERFACE_KIND.forms, default="", reads=_read_plain, repeats=True,
+    begins=" ",
+    opens=block({
+        **_inside(
+            "the tissue of the springs between two regions", "initial strain of these springs"
+        ),
+        **by_name(_TOUGHNESS),
+    }),
+)  # fmt: skip
+
+
+#: What an interface of springs can have.
+_OF_SPRINGS = ("tissue", "prestress")
+
+
+def _key(item: s.Item) -> str:
+    """Return the key of the name of an entry; "" of what has none."""
+    return item.name.key if isinstance(item, s.Assign | s.Sentence | s.Block) else ""
 
 
 class PartReader:
@@ -150,7 +178,7 @@ class PartReader:
         declarations, scope: Of the scene.
 
     Attributes:
-        regions, spring_parts: As read so far.
+        regions, spring_parts, interfaces: As read so far.
     """
 
     def __init__(self, tissues: Mapping[str, Tissue], declarations: Declarations, scope: Scope):
@@ -158,6 +186,7 @@ class PartReader:
         self.findings = scope.findings
         self.regions: list[Region] = []
         self.spring_parts: list[SpringPart] = []
+        self.interfaces: list[RegionInterface] = []
 
     def read_region(self, block: s.Block) -> None:
         """Read a region with its tissue."""
@@ -176,13 +205,13 @@ class PartReader:
         self.regions.append(Region(name.text, said.where, *made_of, said.span, tuple(graded)))
 
     def read_interface(self, item: s.Sentence | s.Block) -> None:
-        """Read what springs between two regions are made of."""
+        """Read what joins two regions."""
         reader = SentenceReader("interface", INTERFACE_KIND, item, self._scope)
         if (item.phrase is None) != isinstance(item, s.Block):
             reader.reject_form()
         said = reader.get(BlendedWords if item.phrase is not None else BetweenWords)
         first, second, span = said.first, said.second, said.span
-        for other in self.spring_parts:
+        for other in (*self.spring_parts, *self.interfaces):
             sides = {side.key for side in other.sides or ()}
             if sides == {first.key, second.key}:
                 what = f"the interface from {first.text} to {second.text}"
@@ -190,7 +219,10 @@ class PartReader:
                 self.findings.refuse_second(what, span, other.span, hint=hint)
         name = f"springs from {first.text} to {second.text}"
         if isinstance(item, s.Block):
-            made_of = self._made_of(item, "an interface")
+            if any(_key(one) == TOUGHNESS for one in item.items):
+                self._read_toughness((first, second), item)
+                return
+            made_of = self._made_of(item, "an interface", more=f", {TOUGHNESS}")
             self.spring_parts.append(
                 SpringPart(name, (first, second), None, "", *made_of, span)
             )
@@ -198,6 +230,30 @@ class PartReader:
             self.spring_parts.append(
                 SpringPart(name, (first, second), None, said.rule, None, None, span)
             )
+
+    def _read_toughness(self, sides: tuple[s.Name, s.Name], block: s.Block) -> None:
+        """Read the toughness of an interface, which has nothing else.
+
+        Args:
+            sides: The regions.
+            block: Of the interface.
+        """
+        item, *more = (one for one in block.items if _key(one) == TOUGHNESS)
+        if more:
+            self.findings.refuse_second(f'"{TOUGHNESS}"', more[0].span, item.span)
+        toughness = schema.read_entry(_TOUGHNESS, item, self._scope)
+        for other in (one for one in block.items if one is not item):
+            if (key := _key(other)) in _OF_SPRINGS:
+                self.findings.reject(
+                    "TIS306",
+                    f"an interface of springs has a {key}, one of elements a toughness",
+                    other.span,
+                    hint=leaving_out("remove one of them", other.span, item.span),
+                    notes=(Note("the toughness", item.span),),
+                )
+            message = "this is not allowed in an interface with a toughness"
+            self.findings.reject("TIS303", message, other.span, hint="remove it")
+        self.interfaces.append(RegionInterface(sides, toughness, block.head))
 
     def read_springs(self, item: s.Assign | s.Sentence | s.Block) -> None:
         """Read what chosen springs are made of."""
@@ -235,7 +291,7 @@ class PartReader:
         return False
 
     def _made_of(
-        self, block: s.Block, what: str, graded: list[Graded] | None = None
+        self, block: s.Block, what: str, graded: list[Graded] | None = None, more: str = ""
     ) -> tuple[Tissue | None, AssignedQuantity | None]:
         """Return the tissue and the prestress of a part of the body.
 
@@ -243,6 +299,7 @@ class PartReader:
             block: Of the part.
             what: The part in messages.
             graded: Takes quantities that depend on the place; None where there can be none.
+            more: Of other entries, for hints.
         """
         tissue: Tissue | None = None
         prestress: AssignedQuantity | None = None
@@ -264,7 +321,7 @@ class PartReader:
                 ):
                     refuse_even(item, "region", self.findings)
                 else:
-                    hint = "entries: tissue, prestress" + (
+                    hint = f"entries: tissue, prestress{more}" + (
                         "" if graded is None else "; quantities as formulas of x, y and z"
                     )
                     if not isinstance(item, s.Assign | s.Sentence | s.Block):
