@@ -11,6 +11,7 @@ from tests.hand_net import Diary
 from tests.validate.scenes import compiled_scene, same_motion
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
+from tissuec.learn.derivatives.refusals import refusal_of_script
 from tissuec.model.topology import pieces
 
 TOUGH = 0.2  # J/m²
@@ -248,9 +249,9 @@ def test_scipy_finds_the_same_peeling():
 
 def test_a_run_that_is_resumed_while_it_peels_gives_the_same_bytes():
     text = STRIP.replace("(24, 4, 8)", "(12, 4, 8)")
-    _, *parts = same_when_resumed(compiled_scene(text), "force of top", 8, 16)
+    _, *parts = same_when_resumed(compiled_scene(text), "force of top", 5, 8)
     ties = [first.state.tied["strip"] for first, _ in parts]
-    assert ties[0].softens.all() and 0 < len(ties[1]) < 24
+    assert ties[0].softens.any() and 0 < len(ties[1]) < 24
 
 
 @pytest.mark.slow
@@ -259,6 +260,11 @@ def test_threads_change_no_bit(threads_in_small_nets):
     text = text.replace("duration = 40 ms", "duration = 18 ms")
     run = same_on_two_threads(compiled_scene(text), "force of top")
     assert run.state.tied["strip"].softens.any()
+
+
+def test_learning_has_no_exact_derivatives_beside_an_interface():
+    compiled = compiled_scene(STRIP)
+    assert "interface" in refusal_of_script(compiled.plan, compiled.network)
 
 
 # --- blades and tears -------------------------------------------------------------------------

@@ -10,7 +10,8 @@ elements of any orientation; 3 costs a third of the stable step. Nearly incompre
 whose step depends on its bulk modulus, can have 10. (Measured for this program. Cohesive
 segments: J. J. C. Remmers, R. de Borst, A. Needleman, Comput. Mech. 31:69, 2003.) Ties of an
 interface are everywhere between two regions, which they must not soften: k h/E is
-``STIFF_INTERFACE`` there. The zone in which they soften lies along the faces, so that its
+``STIFF_INTERFACE`` there, and they have no viscosity, with which stable steps would be shorter by
+the same factor once more. The zone in which they soften lies along the faces, so that its
 length is in sizes of these.
 """
 
@@ -137,7 +138,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         own = section > 0.0
         if interface >= 0:
             tough = network.body_named(name).interfaces[interface].toughness
-            stiff = np.full_like(stiff, STIFF_INTERFACE)
+            stiff, late = np.full_like(stiff, STIFF_INTERFACE), np.zeros_like(late)
             along = np.sqrt(section)[:, None]
             energy = np.full_like(energy, tough)
             strength = softening_strength(plane, energy, along)

@@ -86,6 +86,8 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
         at_rest: Whether equilibria are meant.
     """
     actions = [event.action for event in plan.every_event]
+    if any(body.interfaces for body in network.bodies):
+        return "ties of an interface follow from the numbers of its elements"
     if at_rest and plan.triggers:
         return "the script waits for a condition"
     for kind in dict.fromkeys(map(type, actions)):
