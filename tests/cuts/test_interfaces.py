@@ -226,24 +226,32 @@ output { force of top every 5 ms; energy every 5 ms }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("cell", "within"), [(2, 0.1), (1, 0.1)])
-def test_two_beams_are_peeled_by_the_force_of_the_closed_form(cell, within):
+def test_two_beams_are_peeled_by_the_force_of_the_closed_form():
     """Double cantilevers of the width w: G = P² a²/(w² E I), the opening is 2 P a³/(3 w E I).
 
     The length a follows from the opening, since the ends of the beams turn. The interface opens
     element by element; the mean force over some of them is compared.
     """
-    played = play(PEELED.replace("CELL", str(cell)))
+    played = play(PEELED.replace("CELL", "2"))
     stiff, width = 100e3 * 4e-3**3 / 12.0, 4e-3
     time, force = played.log("force of top")
     opening, pull = 16e-3 * time[time > 0.65], force[time > 0.65, 2] / width
     length = np.cbrt(1.5 * stiff * opening / pull)
-    assert (pull * length).mean() / np.sqrt(stiff) == pytest.approx(1.0, abs=within)
+    assert (pull * length).mean() / np.sqrt(stiff) == pytest.approx(1.0, abs=0.1)
+
+
+def test_layers_that_part_in_equilibrium_take_the_work_of_their_interface():
+    """Between equilibria nothing is lost: both are pulled apart evenly, without a jump."""
+    text = STRIP.replace("(24, 4, 8)", "(8, 4, 8)").replace("every 1 ms", "every 2 ms")
+    played = play(text.replace("; tolerance = 1e-4", "; integrator is equilibrium"))
+    _, energy = played.energies()
+    assert energy["work"][-1] == pytest.approx(TOUGH * 32e-6, rel=1e-9)
+    assert abs(energy["elastic"][-1]) < 1e-12 * energy["work"][-1]
 
 
 @pytest.mark.slow
 def test_scipy_finds_the_same_peeling():
-    text = STRIP.replace("(24, 4, 8)", "(8, 4, 8)").replace("40 ms }", "18 ms }")
+    text = STRIP.replace("(24, 4, 8)", "(8, 4, 8)")
     same_motion(text.replace("duration = 40 ms", "duration = 18 ms"), within=1e-3)
 
 
@@ -256,10 +264,10 @@ def test_a_run_that_is_resumed_while_it_peels_gives_the_same_bytes():
 
 @pytest.mark.slow
 def test_threads_change_no_bit(threads_in_small_nets):
-    text = STRIP.replace("cell = 2 mm", "cell = 1 mm").replace("40 ms }", "18 ms }")
-    text = text.replace("duration = 40 ms", "duration = 18 ms")
+    text = STRIP.replace("cell = 2 mm", "cell = 1 mm")
+    text = text.replace("duration = 40 ms", "duration = 13 ms")
     run = same_on_two_threads(compiled_scene(text), "force of top")
-    assert run.state.tied["strip"].softens.any()
+    assert any(one.kind == "rupture" for _, one in run.logged_events)
 
 
 def test_learning_has_no_exact_derivatives_beside_an_interface():
@@ -331,7 +339,7 @@ output { force(knife) every 1 ms }
 """
     )
     played = play(text)
-    assert played.log("force of knife")[1][-5:, 2] == pytest.approx(-0.3, rel=5e-3)
+    assert played.log("force of knife")[1][-6:-1, 2] == pytest.approx(-0.3, rel=5e-3)
     front = 4.0 - 0.3 - 0.375 * 2.5
     left = tied_area(played.outcome.state, "block")
     assert 100e-6 - left == pytest.approx(front * 1e-5, rel=0.3)

@@ -10,9 +10,9 @@ elements of any orientation; 3 costs a third of the stable step. Nearly incompre
 whose step depends on its bulk modulus, can have 10. (Measured for this program. Cohesive
 segments: J. J. C. Remmers, R. de Borst, A. Needleman, Comput. Mech. 31:69, 2003.) Ties of an
 interface are everywhere between two regions, which they must not soften: k h/E is
-``STIFF_INTERFACE`` there, and they have no viscosity, with which stable steps would be shorter by
-the same factor once more. The zone in which they soften lies along the faces, so that its
-length is in sizes of these.
+``STIFF_INTERFACE`` there, and they have no viscosity, which would shorten stable steps by the
+same factor once more. The zone in which they soften lies along the faces, so that its length is
+in sizes of these.
 """
 
 from collections.abc import Sequence
