@@ -10,6 +10,7 @@ from tests.every import every
 from tests.hand_net import Diary
 from tests.validate.scenes import compiled_scene, same_motion
 from tests.whole_runs import same_on_two_threads, same_when_resumed
+from tissuec.analysis.bodies import properties_of
 from tissuec.core.errors import CompileError
 from tissuec.learn.derivatives.refusals import refusal_of_script
 from tissuec.model.topology import pieces
@@ -177,6 +178,11 @@ def test_sets_are_on_their_own_side_of_an_interface():
     found = state.with_copies(drawn[end[drawn]])
     assert len(found) == 8 * 7
     assert (state.with_copies(found) == found).all()
+
+
+def test_nodes_in_reserve_are_not_counted():
+    (found,) = properties_of(compiled_scene(STRIP))
+    assert found.nodes == 13 * 3 * 5
 
 
 # --- peeling ----------------------------------------------------------------------------------

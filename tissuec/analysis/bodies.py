@@ -273,7 +273,7 @@ class _Examined:
             name=part.name,
             kind=self.kind,
             tissues=tuple(self._tissues()),
-            nodes=part.nodes.stop - part.nodes.start,
+            nodes=part.size.nodes,
             springs=part.springs.stop - part.springs.start,
             mass=float(self.state.mass[part.nodes].sum()),
             volume=volume,
