@@ -240,7 +240,7 @@ class TearFront:
         if len(tied):
             own = tied.some(tied.softens)
             found.append(own.values(self.body, self.drawn)[:, 0].mean(axis=1))
-        known = ~np.isnan(self.heights)
+        known = ~np.isnan(tied.heights)
         nodes = tied.nodes(self.body)
         known[nodes[nodes >= 0]] = False
         found.append(self.drawn[known])

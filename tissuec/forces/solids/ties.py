@@ -14,8 +14,8 @@ g₀ = σ/k to nothing at g₁ = 2 G/σ, so that the energy G per area has been 
 
     E/A = k g²/2 up to g₀,    G - (g₁ - g)² σ/(2 (g₁ - g₀)) up to g₁,    G beyond.
 
-The energy is a function of g until the faces are free for good. Damping falls as the traction
-over g does.
+The energy is a function of g until the faces are free for good. Damping falls with the fourth
+power of the traction over g, so that what faces take hardly depends on how fast they part.
 """
 
 from collections.abc import Callable, Sequence
@@ -71,7 +71,8 @@ def _softening(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> Potentia
     beyond = whole * (p.last - left * left / (p.last - p.first))
     stored = where(gap > least, beyond, 0.5 * p.stiffness * gap)
     secant = p.first * left / (size * (p.last - p.first))
-    return Potential(stored, 0.5 * p.damping * secant * speed)
+    damping = p.damping * secant * secant * secant * secant
+    return Potential(stored, 0.5 * damping * speed)
 
 
 class Ties(PotentialField, frozen=True):
