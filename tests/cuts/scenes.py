@@ -4,6 +4,7 @@ import numpy as np
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
+from tests.geometry.cut_bodies import areas
 from tests.hand_net import Diary
 from tests.validate.scenes import compiled_scene
 from tissuec.mechanics.cutting import carry_out, divided
@@ -86,6 +87,14 @@ def cut_faces(state):
     cells = state.cut_cells
     own = state.alive[cells.borders] & cells.are_cut
     return cells.points.beside(state.network.position)[cells.triangles[own]]
+
+
+def sections(state):
+    """Return middles [m], areas [m²], and normals of all triangles of cut faces as drawn."""
+    faces = cut_faces(state)
+    normal = areas(faces)
+    size = np.linalg.norm(normal, axis=1)
+    return faces.mean(axis=1), size, normal / size[:, None]
 
 
 def fastest(state):

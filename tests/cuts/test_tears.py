@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tests.contact.scenes import play
-from tests.cuts.scenes import begun, cut_faces, volume
-from tests.geometry.cut_bodies import areas
+from tests.cuts.scenes import begun, sections, volume
 from tests.validate.scenes import compiled_scene, same_motion
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
@@ -58,14 +57,6 @@ def opened(state, times=30):
         if not len(broken):
             break
         break_apart(state, broken)
-
-
-def sections(state):
-    """Return middles [m], areas [m²], and normals of all triangles of cut faces as drawn."""
-    faces = cut_faces(state)
-    normal = areas(faces)
-    size = np.linalg.norm(normal, axis=1)
-    return faces.mean(axis=1), size, normal / size[:, None]
 
 
 @pytest.mark.parametrize("degrees", [0, 15, 30, 45])

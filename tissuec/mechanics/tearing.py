@@ -7,9 +7,13 @@ surface keeps the heights of the nodes of that face, and its other nodes get
 
     n · (X - p),
 
-p being the mean of the points in which the surface meets the edges of the face, and n the mean
-of directions in whole elements around it, weighted by V exp(-r²/2(``AROUND`` h)²). So tears do
-not follow the mesh. Elements ahead of ties that soften are divided as soon as they bear
+p being the mean of the points in which the surface meets the edges of the face, and n the
+direction of the largest principal stretch of the mean of C = FᵀF over whole elements around it,
+weighted by V exp(-r²/2(``AROUND`` h)²). So tears do not follow the mesh. If a smaller principal
+stretch has tension across it, within ``STRAIGHT`` of the normal that the surface has, the tear
+goes on across that one: then nothing shears its faces, and tension along them, as in arms that
+are peeled off, does not turn a tear (local symmetry: R. V. Goldstein, R. L. Salganik, Int. J.
+Fract. 10:507, 1974). Elements ahead of ties that soften are divided as soon as they bear
 ``AHEAD`` of their strength, up to ``REACH`` elements away: a whole element would keep the tear
 closed at its face. (Cohesive segments: J. J. C. Remmers, R. de Borst, A. Needleman, Comput.
 Mech. 31:69, 2003; heights and limits were measured for this program.) Where tissue has a
@@ -23,6 +27,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
+from tissuec.forces.moduli import poisson_of
 from tissuec.forces.solids.element_limits import BreakableElements
 from tissuec.geometry.cut_cells.cutting import near_heights
 from tissuec.mechanics.cut_body import CutBody
@@ -32,6 +37,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.torn import Peeled, Torn
 
 if TYPE_CHECKING:
+    from tissuec.forces.solids.elements import SolidElements
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
@@ -39,6 +45,9 @@ AHEAD, REACH, AROUND = 0.5, 2.5, 1.5
 #: Factor of the strength at which an element with toughness tears if no surface enters it.
 ALONE = 2.0
 BESIDE = 1.2  # of the size of an element: sections this near to one that softens do so, too
+#: Cosine of the angle within which a tear goes on across a stretch that is not the largest.
+STRAIGHT = float(np.cos(np.deg2rad(15.0)))
+BEND = 2.0  # of the size of an element: nodes this near to a place give the normal there
 LEAST_HEIGHT = 0.03  # of new nodes, over the size of the element
 #: Once a tear has begun, others begin only at this factor of the loads that elements bear
 #: then.
@@ -129,6 +138,10 @@ def _softened(tied: TiedSections, body: CutBody, drawn: Floats) -> TiedSections:
     return replace(tied, softens=tied.softens | (tears & near))
 
 
+def _poisson(field: "SolidElements", cell: Indices) -> Floats:
+    return np.asarray(poisson_of(field.shear[cell], field.bulk_modulus[cell]))
+
+
 def _drawn_entities(state: "State", name: str, body: CutBody, parts: Indices) -> Indices:
     """Return the drawn elements of some parts, ascending, shape (n,)."""
     found = [np.zeros(0, dtype=np.int64)]
@@ -162,6 +175,7 @@ class TearFront:
         self.fresh: Bools = self._each(lambda k, cell: ~self.tears.torn[k][cell])
         self.soft: Bools = self._each(lambda k, cell: self.fields[k].limits.parting[cell] > 0.0)
         self.size = self._each(lambda k, cell: np.cbrt(self.fields[k].volume[cell]))
+        self.poisson = self._each(lambda k, cell: _poisson(self.fields[k], cell))
         self.middle = np.concatenate(
             [self.drawn[each.drawn].mean(axis=1) for each in body.parts]
         )
@@ -342,17 +356,28 @@ class TearFront:
         raise IndexError(one)
 
     def _across(self, one: int, place: Floats) -> Floats:
-        """Return the direction across a face in an element, as drawn, a unit vector (3,).
-
-        It is that of the largest principal stretch, turned back to the drawing.
-        """
+        """Return the direction across a face in an element, as drawn, a unit vector (3,)."""
         away = ((self.middle - place) ** 2).sum(axis=1)
         weight = np.exp(-away / (2.0 * (AROUND * self.size[one]) ** 2)) * self.volume
         weight = np.where(self.is_whole & self.fresh, weight, 0.0)
         weight[one] = max(weight[one], np.finfo(float).tiny)
         squares = self.gradient.swapaxes(1, 2) @ self.gradient
         mean = np.einsum("p,pxy->xy", weight / weight.sum(), squares)
-        return np.asarray(np.linalg.eigh(mean)[1][:, -1])
+        stretch, ways = np.linalg.eigh(mean)
+        strain, poisson = 0.5 * (stretch - 1.0), self.poisson[one]
+        is_pulled = strain + poisson / (1.0 - 2.0 * poisson) * strain.sum() > 0.0
+        along = np.abs(self._normal(one, place) @ ways)
+        nearest = int(np.argmax(np.where(is_pulled, along, -1.0)))
+        return np.asarray(ways[:, nearest if along[nearest] > STRAIGHT else -1])
+
+    def _normal(self, one: int, place: Floats) -> Floats:
+        """Return the normal of the surface where it enters an element; 0 where it has none."""
+        away = self.drawn - place
+        near = ~np.isnan(self.heights) & ((away**2).sum(axis=1) < (BEND * self.size[one]) ** 2)
+        plane = np.column_stack([away[near], np.full(near.sum(), self.size[one])])
+        found, _, rank, _ = np.linalg.lstsq(plane, self.heights[near], rcond=1e-6)
+        steep = np.linalg.norm(found[:3])
+        return found[:3] / steep if rank == 4 and steep > 0.0 else np.zeros(3)
 
     # --- what becomes of it -------------------------------------------------------------------
 
