@@ -2,7 +2,7 @@
 
 The opening g of a point is the difference of the places that both parts give it: g = J x, with
 one row of the sparse matrix J per point. Forces are -Jᵀ A (k g + d dg/dt), A being a third of
-the area of a triangle as drawn. Sections of walls are lines with the two points of Gauss, whose
+the area of a triangle as drawn. Where tissue has torn, k falls by the factor f, and d by f⁴. Sections of walls are lines with the two points of Gauss, whose
 areas are halves of the length times the thickness.
 """
 
@@ -106,8 +106,8 @@ class CohesiveTies(ForceFormula):
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
         gap, speed = self._gaps @ position, self._gaps @ velocity[: len(position)]
         pull = self._traction(gap)
-        brake = self._brake[:, None] * pull / self._pull[:, None]
-        to -= self._gaps.T @ (pull * gap + brake * speed)
+        fall = pull / self._pull[:, None]
+        to -= self._gaps.T @ (pull * gap + self._brake[:, None] * fall**4 * speed)
 
     def energy(self, time: float, position: Floats) -> float:
         size = np.linalg.norm(self._gaps @ position, axis=1)
@@ -122,7 +122,7 @@ class CohesiveTies(ForceFormula):
         """Return the power that dashpots lose [W]."""
         speed = self._gaps @ velocity[: len(position)]
         fall = self._traction(self._gaps @ position)[:, 0] / self._pull
-        return float(((self._brake * fall)[:, None] * speed**2).sum())
+        return float(((self._brake * fall**4)[:, None] * speed**2).sum())
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int
