@@ -44,6 +44,8 @@ NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
 #: Largest ω² of ties, over that of ties of a whole section between undivided elements.
 SWIFT = 1.5
 ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface are from it
+#: Energy up to where ties begin to soften, at most, over what they take in all.
+LATE = 0.25
 #: Largest opening of ties of tissue that tears at once, over that at which they begin to.
 SUDDEN = 1.01
 _COLUMNS = (
@@ -146,6 +148,9 @@ class TiedSections(Struct, frozen=True, eq=False):
         stiffness = 2.0 * stiff[own].min(axis=1) / (size / young[own]).sum(axis=1)
         entities = np.concatenate(body.entities)[found.parts[own]]
         strength, energy = strength[own].min(axis=1), energy[own].min(axis=1)
+        # Ties of slivers are soft; with less strength, they take the energy all the same.
+        least = np.where(energy > 0.0, np.sqrt(2.0 * LATE * energy * stiffness), np.inf)
+        strength = np.minimum(strength, least)
         first = strength / stiffness
         with np.errstate(invalid="ignore"):
             last = np.maximum(2.0 * energy / strength, SUDDEN * first)

@@ -2,8 +2,9 @@
 
 The opening g of a point is the difference of the places that both parts give it: g = J x, with
 one row of the sparse matrix J per point. Forces are -Jᵀ A (k g + d dg/dt), A being a third of
-the area of a triangle as drawn. Where tissue has torn, k falls by the factor f, and d by f⁴. Sections of walls are lines with the two points of Gauss, whose
-areas are halves of the length times the thickness.
+the area of a triangle as drawn. Where tissue has torn, k falls by the factor f, and d by f⁴.
+Sections of walls are lines with the two points of Gauss, whose areas are halves of the length
+times the thickness.
 """
 
 from typing import Any
