@@ -162,6 +162,21 @@ def test_viscosity_hardly_resists_faces_that_open():
     assert lost == pytest.approx(expected * own.damping[0] * first, rel=1e-3)
 
 
+def test_small_sections_take_the_toughness_too():
+    """Their ties are soft: at the strength of others, they would be free before they soften."""
+    state = plate()
+    stretched(state, 30, 0.15)
+    opened(state)
+    tied = state.tied["plate"]
+    tears = np.isfinite(tied.first)
+    first, last, stiffness = tied.first[tears], tied.last[tears], tied.stiffness[tears]
+    assert (last / first).min() == pytest.approx(4.0)
+    assert (stiffness * first * last / 2.0) == pytest.approx(TOUGH, rel=1e-12)
+    usual = first * stiffness == (first * stiffness).max()
+    assert 0 < np.count_nonzero(~usual) < 0.1 * len(usual)
+    assert tied.is_gradual[tears].all()
+
+
 def test_elements_are_divided_near_what_softens_alone():
     """Ties that stay whole would make tissue softer: by M/(k H) along all of its height H."""
     state = plate()
