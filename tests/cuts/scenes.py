@@ -45,7 +45,7 @@ def cut(state, through, facing, body="block"):
     """Cut through a plane, given in millimetres; return the division."""
     normal = np.array(facing, float) / np.linalg.norm(facing)
     heights = (state.position - 1e-3 * np.array(through, float)) @ normal
-    division = divided(state, body, heights)
+    division = divided(state, body, heights, f"{through} {facing}")
     if division is not None:
         carry_out(state, division)
     return division
@@ -85,7 +85,7 @@ def tied_area(state, body):
 def cut_faces(state):
     """Return the corners of both sides of cuts as drawn [m], shape (triangle, 3, 3)."""
     cells = state.cut_cells
-    own = state.alive[cells.borders] & cells.are_cut
+    own = state.alive[cells.borders] & (cells.cuts != 0)
     return cells.points.beside(state.network.position)[cells.triangles[own]]
 
 

@@ -254,7 +254,7 @@ def test_the_faces_of_a_cut_close_every_part():
     cut_area = 0.0
     for part in np.unique(drawn.borders[state.alive[drawn.borders]]):
         own = drawn.borders == part
-        p, q, r = places[drawn.triangles[own & drawn.are_cut]].swapaxes(0, 1)
+        p, q, r = places[drawn.triangles[own & (drawn.cuts != 0)]].swapaxes(0, 1)
         cut_area += 0.5 * np.linalg.norm(np.cross(q - p, r - p), axis=1).sum()
     first = 100e-6 * np.sqrt(1.04)
     second = 200e-6 * np.sqrt(1.1)

@@ -266,7 +266,7 @@ def test_the_reference_finds_the_stiffness_of_parts_by_itself():
     height = state.position @ [1.0, 0.2, 0.1] - 5e-3
     (parts,) = state.cut_bodies["block"].parts
     active = state.network.position[parts.drawn].mean(axis=1)[:, 2] > 5e-3
-    carry_out(state, divided(state, "block", height, (active,)))
+    carry_out(state, divided(state, "block", height, "one", (active,)))
     plates = state.blocks["the bending of block beside cuts"].field
     (drawn,), body = state.network.of_kind("plates"), state.cut_bodies["block"]
     found = held_stiffness_again(plates, drawn, body)

@@ -36,7 +36,7 @@ def opened(count, degrees, shift):
     way = np.array([np.cos(angle), np.sin(angle), 0.0])
     normal = np.array([-way[1], way[0], 0.0])
     blade = strip(-A * way, A * way, normal)
-    cuts = BladeWay.of(state, "plate", blade)
+    cuts = BladeWay.of(state, "one", "plate", blade)
     division = cuts.until(state, 1.0)
     cuts.divide(state, division, 1.0)
     moved, _ = solved(state, angle, plane_stress=True)

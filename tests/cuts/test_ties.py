@@ -101,7 +101,7 @@ def opening(state, moved, angle):
     way = np.array([np.cos(angle), np.sin(angle), 0.0])
     drawn, place = state.cut_cells, state.network.position
     points, shifted = drawn.points.beside(place), drawn.points.beside(moved)
-    alive = state.alive[drawn.borders] & drawn.are_cut
+    alive = state.alive[drawn.borders] & (drawn.cuts != 0)
     middles, gaps = (each[drawn.triangles[alive]].mean(axis=1) for each in (points, shifted))
     a, b, c = points[drawn.triangles[alive]].swapaxes(0, 1)
     front = np.cross(b - a, c - a) @ normal < 0.0  # seen from outside of the part in front

@@ -7,7 +7,6 @@ from numpy.testing import assert_allclose
 from tests.contact.scenes import gap_of_balance, play
 from tests.cuts.scenes import begun, cut
 from tests.cuts.test_divided_solids import BLADES, LATTICE
-from tests.hand_net import Diary
 from tests.validate.scenes import compiled_scene, same_motion
 from tests.whole_runs import same_on_two_threads, same_when_resumed
 from tissuec.core.errors import CompileError
@@ -223,15 +222,3 @@ def test_a_solid_that_is_cut_touches_with_its_faces():
     law = "contact is tools only; contact stiffness = 1 N/m"
     with pytest.raises(CompileError, match="its nodes are touched, of which cuts make copies"):
         compiled_scene(scene(PLATE, CUT.replace("X", "1000") + PRESS, law=law))
-
-
-def test_a_note_says_that_both_sides_of_cuts_do_not_touch():
-    """Once for each body, and only where there is contact."""
-    first = CUT.replace("X", "11.2").replace("at 0 s: ", "")
-    orders = f"at 0 s: {{ {first}; {first.replace('11.2', '5.3')} }}"
-    for law, expected in ((FREE, ["cut", "note", "cut"]), ("contact is off", ["cut", "cut"])):
-        compiled = compiled_scene(scene(PLATE, orders, law=law))
-        state, found = compiled.plan.start(compiled.network), []
-        for event in compiled.plan.events:
-            found += [one.kind for one in event.action.apply(state, Diary())]
-        assert found == expected

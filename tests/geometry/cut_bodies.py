@@ -7,8 +7,9 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from tests.forces.test_elements import mesh
+from tissuec.core.structs import replace
 from tissuec.geometry.cut_cells.cutting import cut
-from tissuec.geometry.cut_cells.joining import part_faces
+from tissuec.geometry.cut_cells.joining import free_faces, part_faces
 from tissuec.geometry.cut_cells.parts import CellParts, PieceFaces
 from tissuec.geometry.cut_cells.quadrature import PartMoments, measures, part_centroids
 from tissuec.geometry.elements import MIDDLES
@@ -104,6 +105,11 @@ class Body(NamedTuple):
 
 
 BALL = np.array(list(product((0, 1), repeat=3)))
+
+
+def outer_faces(body):
+    """Return which faces of cells have no neighbour as drawn, shape (part, face)."""
+    return free_faces([replace(body.parts, nodes=body.parts.drawn)])[0]
 
 
 def in_cube(normal, offset):

@@ -10,10 +10,10 @@ from tests.geometry.cut_bodies import (
     areas,
     blades,
     in_cube,
+    outer_faces,
     skin,
 )
 from tissuec.geometry.cut_cells.cutting import near_heights
-from tissuec.geometry.cut_cells.joining import outer_faces
 from tissuec.geometry.cut_cells.parts import PartPieces
 from tissuec.geometry.cut_cells.roots import DIVISIONS, CellRoots
 
@@ -154,7 +154,7 @@ def check_closed(body):
     """So are connected pieces, by outer triangles and those inside of cells that are cut."""
     check_parts(body)
     triangles, part, face, level = skin(body)
-    is_outer = (face >= 0) & outer_faces([body.parts])[0][part, face]
+    is_outer = (face >= 0) & outer_faces(body)[part, face]
     free = is_outer | ((face < 0) & (level >= 0))
     piece = body.connected
     found = np.zeros((piece.max() + 1, 3))
@@ -165,7 +165,7 @@ def check_closed(body):
 def check_cut(body, made):
     """Outer triangles and those of a first cut close connected pieces."""
     triangles, part, face, _ = skin(body)
-    is_outer = (face >= 0) & outer_faces([body.parts])[0][part, face]
+    is_outer = (face >= 0) & outer_faces(body)[part, face]
     piece = body.connected
     found = np.zeros((piece.max() + 1, 3))
     np.add.at(found, piece[part[is_outer]], areas(triangles[is_outer]))

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from tests.every import every
-from tests.geometry.cut_bodies import Body
+from tests.geometry.cut_bodies import Body, outer_faces
 from tests.geometry.test_cut_cells_again import slice_area
 from tissuec.geometry.cut_cells.cutting import near_heights
-from tissuec.geometry.cut_cells.joining import outer_faces
 from tissuec.geometry.cut_cells.parts import PieceFaces
 
 EXACT = 1e-12
@@ -249,9 +248,9 @@ def test_a_slit_leaves_one_piece_and_opens_inside_only():
     assert after.connected.max() == 0
     place = body.drawn[made.copied]
     assert len(place) and (np.abs(place[:, 0] - 0.5) < 1.0 / 3.0 - 1e-9).all()
-    due = outer_faces([body.parts])[0].sum()
+    due = outer_faces(body).sum()
     assert due == 24  # edges of the outline as drawn, whatever is cut
-    assert outer_faces([after.parts])[0][after.parts.are_whole].sum() == due
+    assert outer_faces(after)[after.parts.are_whole].sum() == due
 
 
 def test_triangles_that_meet_in_a_node_stay_together_unless_the_blade_is_there():

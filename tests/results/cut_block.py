@@ -110,7 +110,7 @@ class CutBlock:
     def parts_of(self, place, phantom):
         """Return both parts of each crossed cell."""
         hosts, weights, corners, owners = [], [], [], []
-        triangles, borders, are_cut = [], [], []
+        triangles, borders, cuts = [], [], []
         bounds = {tuple(sorted(one)) for one in self.network.skin.tolist()}
         count, known = self.network.node_count, {}
 
@@ -144,13 +144,13 @@ class CutBlock:
                     if (number not in (LEFT, RIGHT) and is_outer) or is_cut:
                         triangles += [box[face[[0, 1, 2]]], box[face[[0, 2, 3]]]]
                         borders += [entity] * 2
-                        are_cut += [is_cut] * 2
+                        cuts += [(1 if in_front else -1) * is_cut] * 2
         sums = WeightedSums.of(
             np.full(len(known), 2), np.array(hosts, dtype=np.int64), np.array(weights)
         )
         return CutCells(
             count, sums, self.parts, np.repeat(self.crossed, 2), np.concatenate(corners),
-            np.array(owners), np.array(triangles), np.array(borders), np.array(are_cut),
+            np.array(owners), np.array(triangles), np.array(borders), np.array(cuts),
         )  # fmt: skip
 
     def alive(self, frame):

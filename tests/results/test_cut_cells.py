@@ -108,7 +108,7 @@ def test_arrays_of_nodes_stay_those_of_nodes(block, path):
             every = table.points.beside(result.position[frame])
             drawn = result.cells(frame).points
             np.testing.assert_allclose(result.points(frame), every[:drawn], atol=1e-17)
-        for name in ("parts", "wholes", "corners", "owners", "triangles", "borders", "are_cut"):
+        for name in ("parts", "wholes", "corners", "owners", "triangles", "borders", "cuts"):
             assert np.array_equal(getattr(table, name), getattr(block.table, name)), name
         stress = result.fields["stress tensor"]
         assert stress.shape == (FRAMES, 24, 6)
@@ -243,7 +243,7 @@ def test_a_later_cut_adds_points_behind_those_that_are_there(block, tmp_path):
     more = CutCells(
         63, block.table.points, part, block.table.wholes[:1], block.table.corners[own],
         np.repeat(part, own.sum()), block.table.triangles[seen], np.repeat(part, seen.sum()),
-        block.table.are_cut[seen],
+        block.table.cuts[seen],
     )  # fmt: skip
     both = later.followed_by(more)
     alive = np.append(block.alive(CUT), False)

@@ -70,6 +70,30 @@ def nearest_triangles(
     return NearestTriangles(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
 
+def triangles_within(
+    points: Floats, position: Floats, triangles: Indices, reach: float, margin: float
+) -> NearestTriangles:
+    """Return the nearest triangles of points that are near an open surface.
+
+    Args:
+        points: [m], shape (point, 3).
+        position: Nodes of the surface [m], shape (node, 3).
+        triangles: Their corners, shape (triangle, 3).
+        reach: Distance from the nearest triangle up to which points count [m].
+        margin: As of ``nearest_triangles`` [m].
+    """
+    corners = position[triangles]
+    middle = corners.mean(axis=1)
+    size: Floats = norm(corners - middle[:, None]).max(axis=1)
+    triangle, own = in_balls(middle, size + reach, points)
+    kind, flat = np.full(len(own), TRIANGLE), np.zeros(len(own))
+    distance = -places(points[own], kind, corners[triangle], flat).depth
+    least = np.full(len(points), np.inf)
+    np.minimum.at(least, own, distance)
+    keeps = (least[own] <= reach) & (distance <= least[own] + 2.0 * margin)
+    return NearestTriangles(own[keeps], triangle[keeps], distance[keeps])
+
+
 FEW = 200_000  # pairs that are compared one by one
 
 

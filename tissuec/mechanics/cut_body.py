@@ -19,6 +19,7 @@ class CutBody(Struct, frozen=True, eq=False):
         parts: Whole elements and parts.
         entities: Of each of them, shape (part,) each.
         slots: Where each keeps its tensors, see ``StoredTensors``, shape (tensor, part) each.
+        cuts: Names of the cuts by which levels divide, one for each level.
         used: How many entities of the reserve have been used.
         stored: How many components of internal variables of the reserve have been used.
     """
@@ -26,8 +27,13 @@ class CutBody(Struct, frozen=True, eq=False):
     parts: tuple[CellParts, ...]
     entities: tuple[Indices, ...]
     slots: tuple[Indices, ...]
+    cuts: tuple[str, ...] = ()
     used: int = 0
     stored: int = 0
+
+    def with_level(self, by: str) -> "CutBody":
+        """Return the same with a level of the cut of that name."""
+        return replace(self, cuts=(*self.cuts, by))
 
     @classmethod
     def of(cls, state: "State", name: str) -> "CutBody":

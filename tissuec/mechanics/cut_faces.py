@@ -60,7 +60,7 @@ class CutFaces(Struct, frozen=True, eq=False):
         body, place = state.cut_bodies.get(name), state.network.position
         if cells is None or phantoms is None or body is None:
             return None
-        own = state.alive[cells.borders] & cells.are_cut
+        own = state.alive[cells.borders] & (cells.cuts != 0)
         own &= np.isin(cells.borders, numbers_in(phantoms.elements))
         corners = cells.triangles[own]
         drawn = cells.points.beside(place)[corners]
@@ -81,7 +81,7 @@ class CutFaces(Struct, frozen=True, eq=False):
     def are_free(self) -> Bools:
         """Return which corners no tie holds, shape (triangle, 3)."""
         points = _inset(self.drawn)
-        return (_located(points.reshape(-1, 3), None, self.tied) < 0).reshape(-1, 3)
+        return (located(points.reshape(-1, 3), None, self.tied) < 0).reshape(-1, 3)
 
     def area(self, position: Floats) -> Floats:
         """Return the present area of both faces without what is tied [m²], shape (…).
@@ -102,8 +102,8 @@ class CutFaces(Struct, frozen=True, eq=False):
             its corners, shape (triangle, 3, 3).
         """
         points = _inset(self.drawn)
-        normals = np.repeat(_normals(self.drawn), 3, axis=0)
-        row = _located(points.reshape(-1, 3), normals, self.drawn)
+        normals = np.repeat(face_normals(self.drawn), 3, axis=0)
+        row = located(points.reshape(-1, 3), normals, self.drawn)
         weights = _weights(self.drawn.reshape(-1, 3), self.drawn[row])
         return row.reshape(-1, 3), weights.reshape(-1, 3, 3)
 
@@ -141,7 +141,7 @@ class CutFaces(Struct, frozen=True, eq=False):
         area = np.repeat(_areas(self.drawn), 3).reshape(-1, 3)[own]
         if not len(area):
             return np.zeros(position.shape[:-2])
-        normals = _normals(self.places(position))
+        normals = face_normals(self.places(position))
         here, there = normals[..., np.nonzero(own)[0], :], -normals[..., row[own], :]
         each = np.arctan2(norm(cross(here, there)), dot(here, there))
         return np.asarray(each @ area / area.sum())
@@ -149,10 +149,10 @@ class CutFaces(Struct, frozen=True, eq=False):
 
 def _areas(corners: Floats) -> Floats:
     """Return areas of triangles [m²], shape (…); corners of shape (…, 3, 3)."""
-    return 0.5 * np.asarray(norm(_normals(corners)))
+    return 0.5 * np.asarray(norm(face_normals(corners)))
 
 
-def _normals(corners: Floats) -> Floats:
+def face_normals(corners: Floats) -> Floats:
     """Return normals of triangles, twice as long as their areas, shape (…, 3)."""
     a, b, c = np.moveaxis(corners, -2, 0)
     return np.asarray(cross(b - a, c - a))
@@ -170,14 +170,14 @@ def _weights(points: Floats, corners: Floats) -> Floats:
         points: [m], shape (n, 3).
         corners: [m], shape (n, 3, 3).
     """
-    normal = _normals(corners)
+    normal = face_normals(corners)
     a, b, c = corners.swapaxes(0, 1)
     over = dot(normal, normal)
     one, two = (dot(cross(q - p, points - p), normal) / over for p, q in ((b, c), (c, a)))
     return np.stack([one, two, 1.0 - one - two], axis=1)
 
 
-def _located(points: Floats, normals: Floats | None, triangles: Floats) -> Indices:
+def located(points: Floats, normals: Floats | None, triangles: Floats) -> Indices:
     """Return the nearest triangle in which each point lies, -1 without any, shape (point,).
 
     Args:
@@ -195,7 +195,7 @@ def _located(points: Floats, normals: Floats | None, triangles: Floats) -> Indic
     near = KDTree(middle).query_ball_point(points, reach)
     of = np.repeat(np.arange(len(points)), [len(one) for one in near])
     row = np.concatenate([np.asarray(one, dtype=np.int64) for one in near])
-    normal = _normals(triangles)
+    normal = face_normals(triangles)
     size = norm(normal)
     unit = normal / np.where(size > 0.0, size, 1.0)[:, None]
     away = np.abs(dot(points[of] - middle[row], unit[row]))

@@ -89,11 +89,13 @@ def part_triangles(state: "State") -> PartTriangles:
     assert riders is not None
     there = np.flatnonzero(state.alive[drawn.borders])
     number = np.append(np.arange(drawn.nodes), riders)
-    outer = ~drawn.are_cut[there]
+    cuts = drawn.cuts[there]
+    outer = cuts == 0
     skin = np.full(len(there), -1)
     skin[outer] = _triangles_of_skin(state.network, drawn, there[outer])
     planes = tuple(_with_riders(state, plane) for plane in state.network.mirrored)
-    return PartTriangles(number[drawn.triangles[there]], skin, drawn.borders[there], planes)
+    corners, parts = number[drawn.triangles[there]], drawn.borders[there]
+    return PartTriangles(corners, skin, cuts, parts, planes)
 
 
 def _with_riders(state: "State", plane: MirrorPlane) -> MirrorPlane:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import counted_up
 from tissuec.core.structs import replace
 from tissuec.geometry.cut_cells.cutting import DividedCells, cut, near_heights, parted
-from tissuec.geometry.cut_cells.joining import free_faces, outer_faces
+from tissuec.geometry.cut_cells.joining import free_faces, parting_levels
 from tissuec.geometry.cut_cells.overlaps import offsets
 from tissuec.geometry.cut_cells.parts import CellParts, PartPieces, PieceFaces, Sides
 from tissuec.geometry.cut_cells.sections import CutFacets
@@ -82,13 +82,15 @@ class Division(Struct, frozen=True, eq=False):
 
 
 def divided(
-    state: "State", name: str, heights: Floats, active: tuple[Bools, ...] | None = None
-) -> Division | None:
+    state: "State", name: str, heights: Floats, by: str,
+    active: tuple[Bools, ...] | None = None,
+) -> Division | None:  # fmt: skip
     """Return the division of a body by a surface; None if it divides nothing.
 
     Args:
         name: Of the body.
         heights: Of all nodes above the surface [m], shape (node,).
+        by: Name of the cut; what is divided by one after the other is one cut.
         active: Of the elements in ``CutBody.of``, those that it may divide, shape (part,) each;
             all by default.
 
@@ -98,23 +100,26 @@ def divided(
     before = CutBody.of(state, name)
     near = near_heights(before.parts, state.position)
     found = cut(before.parts, heights, active, near)
-    return _division_of(state, name, before, found, heights) if len(found.copied) else None
+    if not len(found.copied):
+        return None
+    return _division_of(state, name, before.with_level(by), found, heights)
 
 
-def parted_along(state: "State", name: str, sides: Sequence[Sides]) -> Division:
+def parted_along(state: "State", name: str, sides: Sequence[Sides], by: str) -> Division:
     """Return the division of a body along the faces between two kinds of elements.
 
     Args:
         name: Of the body.
         sides: 1 of the kind in front, -1 of the one behind, 0 of others, of the elements in
             ``CutBody.of``, shape (part,) each.
+        by: Name of the cut.
 
     Raises:
         NotDivisible: There is nothing left in reserve.
     """
     before, count = CutBody.of(state, name), state.network.node_count
     found = parted(before.parts, sides, count)
-    return _division_of(state, name, before, found, np.full(count, np.nan))
+    return _division_of(state, name, before.with_level(by), found, np.full(count, np.nan))
 
 
 def _division_of(
@@ -124,7 +129,7 @@ def _division_of(
 
     Args:
         name: Of the body.
-        before: Its elements.
+        before: Its elements, with the level by which they are divided.
         found: What becomes of them.
         heights: Of all nodes above the surface [m], NaN where none is divided, shape (node,).
 
@@ -163,7 +168,8 @@ def _division_of(
     own, place = [each.some(~each.are_whole) for each in parts], state.network.position
     measured = tuple(measures_of(*one, place) for one in zip(fields, own, strict=True))
     division = Division(
-        phantoms, CutBody(parts, tuple(entities), tuple(slots), used, stored),
+        phantoms,
+        CutBody(parts, tuple(entities), tuple(slots), before.cuts, used, stored),
         np.concatenate(moved, axis=1), is_new, np.sort(np.concatenate(lost)),
         copies, found.copied, measured, found.cut, tied,
         CutCells.none(state.network.node_count), np.zeros(0, dtype=np.int64),
@@ -439,9 +445,10 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
     found = CutCells.none(network.node_count)
     fields = network.elements_of(division.phantoms.body)
     body = division.body
-    both = outer_faces(body.parts), free_faces(body.parts)
+    both = free_faces(body.parts), parting_levels(body.parts)
+    number = _numbers(body.cuts)
     columns = fields, body.parts, body.entities, division.is_new, *both
-    for field, parts, entities, new, outer, free in zip(*columns, strict=True):
+    for field, parts, entities, new, free, parting in zip(*columns, strict=True):
         own = parts.some(new)
         pieces = own.with_roots(np.ones(len(own), dtype=bool))
         if parts.division.dimension == 2:
@@ -456,7 +463,8 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
         surface = corners[piece[:, None], faces.corners[kept]]
         triangle_part = pieces.part[piece]
         # Cuts between elements leave free faces that have a neighbour as drawn.
-        are_cut = (faces.level[kept] >= 0) | ~outer[new][at][kept]
+        level = np.where(faces.level >= 0, faces.level, parting[new][at])[kept]
+        cuts = np.where(level >= 0, number[level] * own.sides[triangle_part, level], 0)
         every = np.concatenate(
             [
                 corners.reshape(-1, corners.shape[2]),
@@ -473,10 +481,16 @@ def drawn_parts(network: Network, division: Division) -> CutCells:
                 corners=_turned(numbers[:split].reshape(-1, 4), pieces),
                 owners=entities[new][pieces.part],
                 triangles=numbers[split:].reshape(-1, 3), borders=entities[new][triangle_part],
-                are_cut=are_cut,
+                cuts=cuts,
             )
         )  # fmt: skip
     return found
+
+
+def _numbers(cuts: tuple[str, ...]) -> Indices:
+    """Return the number of the cut of each level, from 1 on, shape (level,)."""
+    order = list(dict.fromkeys(cuts))
+    return np.array([1 + order.index(each) for each in cuts])
 
 
 def _drawn_wall(
@@ -492,7 +506,7 @@ def _drawn_wall(
     return replace(
         none, points=points, parts=entities, wholes=wholes,
         triangles=np.where(left[:, None], triangles[:, [0, 2, 1]], triangles),
-        borders=entities[pieces.part], are_cut=np.zeros(len(pieces), dtype=bool),
+        borders=entities[pieces.part], cuts=np.zeros(len(pieces), dtype=np.int64),
     )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def _parted(state: "State", body: BodyPart, number: int) -> Indices:
         of_element[field.walls[parts.cell] - int(body.elements.start)]
         for field, parts in zip(fields, before.parts, strict=True)
     ]
-    division = parted_along(state, name, sides)
+    division = parted_along(state, name, sides, f"interface {number}")
     carry_out(state, division)
     nowhere = np.full(network.node_count, np.nan)
     found = division.body, division.triangles

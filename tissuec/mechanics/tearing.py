@@ -48,6 +48,7 @@ BESIDE = 1.2  # of the size of an element: sections this near to one that soften
 #: Cosine of the angle within which a tear goes on across a stretch that is not the largest.
 STRAIGHT = float(np.cos(np.deg2rad(15.0)))
 BEND = 2.0  # of the size of an element: nodes this near to a place give the normal there
+TEAR = "tear"  # name of all tears of a body as a cut
 LEAST_HEIGHT = 0.03  # of new nodes, over the size of the element
 #: Once a tear has begun, others begin only at this factor of the loads that elements bear
 #: then.
@@ -394,7 +395,7 @@ class TearFront:
         if any(each.any() for each in active):
             near = near_heights(body.parts, self.drawn)
             own = np.where(np.abs(heights) < near, 0.0, heights)
-            found = divided(state, self.name, own, tuple(active))
+            found = divided(state, self.name, own, TEAR, tuple(active))
         if found is None:
             put_ties(state, self.name, replace(self.tied, heights=heights))
             return Torn(none, none)

@@ -100,7 +100,8 @@ class CutCells(Struct, frozen=True, eq=False):
         triangles: Of the outer surface and of cut faces, as seen from outside, shape (triangle,
             3).
         borders: The part that each bounds, an entity, shape (triangle,).
-        are_cut: Which of them are cut faces, shape (triangle,).
+        cuts: The cut of its body that each is a face of, its number from 1 on, above 0 in front
+            of the cut and below 0 behind it; 0 on the outer surface, shape (triangle,).
     """
 
     nodes: int
@@ -111,7 +112,7 @@ class CutCells(Struct, frozen=True, eq=False):
     owners: Indices
     triangles: Indices
     borders: Indices
-    are_cut: NDArray[np.bool_]
+    cuts: Indices
 
     def __post_init__(self) -> None:
         count = self.nodes + len(self.points)
@@ -132,7 +133,7 @@ class CutCells(Struct, frozen=True, eq=False):
         none = np.zeros(0, dtype=np.int64)
         points = WeightedSums(np.zeros(1, dtype=np.int64), none, np.zeros(0))
         corners, triangles = none.reshape(0, 4), none.reshape(0, 3)
-        return cls(nodes, points, none, none, corners, none, triangles, none, none.astype(bool))
+        return cls(nodes, points, none, none, corners, none, triangles, none, none)
 
     def wholes_of(self, parts: Indices) -> Indices:
         """Return the whole element of each part, an entity, shape (n,)."""
@@ -157,7 +158,7 @@ class CutCells(Struct, frozen=True, eq=False):
         )
         joined = {
             name: np.concatenate([getattr(self, name), getattr(more, name)])
-            for name in ("parts", "wholes", "owners", "borders", "are_cut")
+            for name in ("parts", "wholes", "owners", "borders", "cuts")
         }
         return replace(
             self,
@@ -175,12 +176,14 @@ class PartTriangles(Struct, frozen=True, eq=False):
         corners: Nodes, riders among them, as seen from outside, shape (triangle, 3).
         skin: The triangle of the skin as drawn that each is a part of, -1 of cut faces, shape
             (triangle,).
+        cuts: The cut that each is a face of, see ``CutCells``, shape (triangle,).
         parts: The part that each bounds, an entity, shape (triangle,).
         planes: Of symmetry, with copies of their nodes and riders.
     """
 
     corners: Indices
     skin: Indices
+    cuts: Indices
     parts: Indices
     planes: tuple[MirrorPlane, ...] = ()
 
@@ -190,9 +193,8 @@ class PartTriangles(Struct, frozen=True, eq=False):
 
     def chosen(self, own: NDArray[np.bool_]) -> Self:
         """Return some; a mask of shape (triangle,)."""
-        return replace(
-            self, corners=self.corners[own], skin=self.skin[own], parts=self.parts[own]
-        )
+        columns = {n: getattr(self, n)[own] for n in ("corners", "skin", "cuts", "parts")}
+        return replace(self, **columns)
 
 
 def reserved_entities(network: Network, solid: NDArray[np.integer]) -> tuple[Indices, Indices]:

@@ -31,7 +31,7 @@ class RecordedCutCells(Struct, frozen=True, eq=False):
             (tetrahedron,).
         triangles: Of the outer surface and of cut faces, shape (triangle, 3).
         borders: The part that each bounds, an entity, shape (triangle,).
-        are_cut: Which of them are cut faces, shape (triangle,).
+        cuts: The cut that each is a face of, see ``CutCells``, shape (triangle,).
         are_bare: Which of them bound parts whose tetrahedra are not shown, shape (triangle,).
     """
 
@@ -43,7 +43,7 @@ class RecordedCutCells(Struct, frozen=True, eq=False):
     items: Indices
     triangles: Indices
     borders: Indices
-    are_cut: NDArray[np.bool_]
+    cuts: Indices
     are_bare: NDArray[np.bool_]
 
     @classmethod
@@ -89,7 +89,7 @@ class RecordedCutCells(Struct, frozen=True, eq=False):
         borders = table.borders[seen]
         return cls(
             riding, sums, parts, wholes, pieces, of, faces[seen], borders,
-            table.are_cut[seen], items[borders] < 0,
+            table.cuts[seen], items[borders] < 0,
         )  # fmt: skip
 
     def beside(self, values: NDArray[Any], channel: FieldChannel) -> NDArray[Any]:

@@ -460,8 +460,10 @@ CUT_CELLS = GroupSpec(
         "owners": _numbered("tetrahedron", "entity of the part that it belongs to"),
         "triangles": _numbered("triangle 3", "corners, as seen from outside"),
         "borders": _numbered("triangle", "entity of the part that it bounds"),
-        "are_cut": _array(
-            "triangle", "whether it is a face of a cut, not of the body as drawn", kind="bool"
+        "cuts": _numbered(
+            "triangle",
+            "the cut of its body that it is a face of, a number from 1 on, above 0 in front of "
+            "the cut and below 0 behind it; 0 on the surface as drawn",
         ),
     },
     when="runs that cut elements in parts",

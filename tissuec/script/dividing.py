@@ -88,6 +88,7 @@ class BladeWay(Struct, frozen=True, eq=False):
     """A blade through a solid or a wall.
 
     Attributes:
+        name: Of the cut.
         body: Its name.
         blade: As ordered.
         heights: Of all nodes above the blade at its beginning [m], shape (node,).
@@ -102,6 +103,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         reached: Share of its edge up to which it has cut.
     """
 
+    name: str
     body: str
     blade: Blade
     heights: Floats
@@ -116,7 +118,7 @@ class BladeWay(Struct, frozen=True, eq=False):
     reached: float = 0.0
 
     @classmethod
-    def of(cls, state: "State", body: str, blade: Blade) -> "BladeWay | None":
+    def of(cls, state: "State", name: str, body: str, blade: Blade) -> "BladeWay | None":
         """Return a blade as the body lies now; None if it divides nothing."""
         before = CutBody.of(state, body)
         plain, heights = blade.plain(state.position), blade.heights(state.position)
@@ -155,7 +157,8 @@ class BladeWay(Struct, frozen=True, eq=False):
                 )
             )
         way = cls(
-            body, blade, heights, plain, entities, begin, end, at, areas, resistance, lines
+            name, body, blade, heights, plain, entities, begin, end, at, areas, resistance,
+            lines,
         )  # fmt: skip
         frees = tied is not None and len(way.parting(tied, before, 1.0)) != len(tied)
         return way if frees or len(parted.copied) else None
@@ -201,7 +204,7 @@ class BladeWay(Struct, frozen=True, eq=False):
         """
         reached = self.entities[self.begin + LEAST_SHARE <= share]
         body = CutBody.of(state, self.body)
-        return divided(state, self.body, self.heights, among(body, reached))
+        return divided(state, self.body, self.heights, self.name, among(body, reached))
 
     def divide(
         self, state: "State", division: Division | None, share: float
@@ -412,7 +415,7 @@ class ElementCut(Struct, frozen=True, eq=False):
 
     @property
     def way(self) -> str:
-        """Return the key of its ``BladeWay`` in the state, while blades close."""
+        """Return the name of the cut, the key of its ``BladeWay`` while blades close."""
         return f"{self.span.place} {self.time!r}"
 
     def apply(self, state: "State", queue: EventQueue) -> tuple[LoggedEvent, ...]:
@@ -421,7 +424,7 @@ class ElementCut(Struct, frozen=True, eq=False):
         Raises:
             ActionFailed: The reserve of the body is exhausted.
         """
-        way = BladeWay.of(state, self.body, self.blade)
+        way = BladeWay.of(state, self.way, self.body, self.blade)
         if way is None:
             note = f"{sentence(self.span)}: no element to divide"
             return (LoggedEvent("note", (), note, self.span),)
@@ -452,24 +455,9 @@ class ElementCut(Struct, frozen=True, eq=False):
         """Divide elements; return the rest of the way, and the event if there are any."""
         before, after = way.taken(way.reached), way.taken(share)
         area, energy = after[0] - before[0], after[1] - before[1]
-        is_first = self.body not in state.cut_bodies
         with stopping(self.span):
             division = way.until(state, share)
             rest, lost = way.divide(state, division, share)
         if division is None and area == 0.0:
             return rest, ()
-        event = cut_event(self.span, lost, area, energy)
-        return rest, (event, *(untouched_sides(state, self.span) if is_first else ()))
-
-
-def untouched_sides(state: "State", span: Span) -> tuple[LoggedEvent, ...]:
-    """Return a note about the first cut of a body, if there is contact.
-
-    Args:
-        state: After the cut.
-        span: The sentence.
-    """
-    if state.contact is None:
-        return ()
-    note = f"{sentence(span)}: the two sides of a cut do not touch each other"
-    return (LoggedEvent("note", (), note, span),)
+        return rest, (cut_event(self.span, lost, area, energy),)

@@ -35,7 +35,6 @@ from tissuec.script.dividing import (
     met_sections,
     resistances,
     tied_apart,
-    untouched_sides,
 )
 from tissuec.script.verbs import CHANGED, EventQueue, Flaw, LoggedEvent, stopping
 from tissuec.script.verbs.closing import cut_event
@@ -180,7 +179,6 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
         """
         way: EdgeWay = state.blades[self.cut.key]
         stored, before = self._stored(state), way.area
-        is_first = self.cut.body not in state.cut_bodies
         way, lost = self._advanced(state, way, state.position[self.ends])
         ends = state.time >= self.stop
         if ends:
@@ -189,7 +187,6 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
         if way.area > before or len(lost):
             spent = stored - self._stored(state)
             events.append(cut_event(self.span, lost, way.area - before, spent))
-            events.extend(untouched_sides(state, self.span) if is_first else ())
         else:
             events.append(LoggedEvent(CHANGED, (), "", self.span))
         if not ends:
@@ -294,7 +291,8 @@ class AdvanceOfEdge(Struct, frozen=True, eq=False):
             touched.append(own)
         heights = np.where(nodes | ~np.isnan(known), heights, np.nan)
         with stopping(self.span):
-            division = divided(state, name, heights, among(body, np.concatenate(touched)))
+            own = among(body, np.concatenate(touched))
+            division = divided(state, name, heights, self.cut.key, own)
         if division is None:
             return heights, none
         heights, tied, lost = tied_apart(state, division, heights)

@@ -135,10 +135,13 @@ def test_a_volume_that_pressure_does_not_reach_is_named_with_both_numbers():
 
 
 HALVES = """language 1
-tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+tissue gel {
+  Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms; breaking strain = 50 %
+}
 tissue glue { spring constant = 9 N/m; viscosity = 10 mN*s/m; mass = 1 mg }
 body block {
   mesh is lattice { cell = 5 mm; box from (0, 0, 0) mm to (10, 10, TOP) mm }; tissue is gel
+  RUPTURE
 }
 MORE
 set base = nodes of block where z == 0 mm
@@ -149,6 +152,7 @@ script {
 }
 simulate { duration = 4 ms; tolerance = 1e-2 }
 """
+BY_FACES = "rupture by faces"
 ACROSS = "at 2 ms: cut block along plane through (0, 0, 7) mm facing (0, 0, 1)"
 TWO = """body upper {
   mesh is lattice { cell = 5 mm; box from (0, 0, 10.5) mm to (10, 10, 15.5) mm }; tissue is gel
@@ -162,6 +166,7 @@ joint seam { springs from top to low; reach = 1 mm; tissue is glue }"""
     ("contact", "top", "more", "cut", "said"),
     [
         ("everywhere", 15, "", ACROSS, True),
+        ("everywhere", 15, BY_FACES, ACROSS, False),
         ("everywhere", 15, "", "", False),
         ("tools only", 15, "tool ball { kind is probe; centre = (0, 0, 90) mm; radius = 1 mm }",
          ACROSS, False),
@@ -169,14 +174,19 @@ joint seam { springs from top to low; reach = 1 mm; tissue is glue }"""
         ("everywhere", 10, TWO, "at 2 ms: cut seam", False),
     ],
 )  # fmt: skip
-def test_cut_faces_of_elements_that_touch_nothing_are_named_once(contact, top, more, cut, said):
-    text = HALVES.replace("CONTACT", contact).replace("TOP", str(top)).replace("MORE", more)
+def test_faces_that_lost_elements_leave_and_nothing_touches_are_named_once(
+    contact, top, more, cut, said
+):
+    by_faces = more == BY_FACES
+    text = HALVES.replace("RUPTURE", BY_FACES if by_faces else "rupture is allowed")
+    text = text.replace("MORE", "") if by_faces else text
+    text = text.replace("CONTACT", contact).replace("TOP", str(top)).replace("MORE", more)
     text = text.replace("at 2 ms: CUT", cut)
     found = tissuec.run(text, companion="off").without_effect
     bared = [one for one in found if one.kind == "cut faces"]
     assert len(bared) == said
     if said:
-        assert "faces of block that are cut or torn open from 2 ms on" in bared[0].what
+        assert "faces of block that lost elements leave from 2 ms on" in bared[0].what
         assert "bodies with a joint between them" in bared[0].remedy
 
 

@@ -89,7 +89,11 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
     if law is None:
         return known
     points = face_points(known, [tool for tool in tools if tool.may_touch], law)
-    more = 0 if points is None else len(points.position) + spare_points(points, network)
+    more = (
+        0
+        if points is None
+        else len(points.position) + spare_points(points, network, twice=law.between_bodies)
+    )
     return known.with_internal(FRICTION, network.node_count + more)
 
 
@@ -172,6 +176,7 @@ def contact_of(
         meetings=Meetings.of_all(len(touchable.nodes), len(faces.kind)),
         whole=np.ones(len(faces.kind), dtype=bool),
         there=np.ones(len(touchable.nodes), dtype=bool),
+        twins_touch=law.between_bodies,
     )
     if points is not None and sides is not None:
         own = stiffness_of(points, network, environment, findings, balances=balances)

@@ -617,10 +617,13 @@ def _along(network: Network, body: BodyPart, apart: float) -> _Axis:
     )
 
 
-def spare_points(points: FacePoints, network: Network) -> int:
+def spare_points(points: FacePoints, network: Network, *, twice: bool) -> int:
     """Return how many points on parts of solids there may be after cuts.
 
     Those of the outer surface may all be replaced; behind these are those of faces of cuts.
+
+    Args:
+        twice: Whether faces of cuts have other points for each other.
     """
     found = 0
     for part in network.phantoms:
@@ -628,7 +631,7 @@ def spare_points(points: FacePoints, network: Network) -> int:
         own = points.between.face[(points.owner == number) & (points.skin >= 0)]
         riders = int(part.riders.stop - part.riders.start)
         most = np.bincount(own).max(initial=0) / len(FEW.weights)
-        found += len(own) + ceil(_OF_RIDERS * most * riders)
+        found += len(own) + ceil((1 + twice) * _OF_RIDERS * most * riders)
     return found
 
 

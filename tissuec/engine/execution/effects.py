@@ -51,7 +51,7 @@ class EffectMemory(Struct, eq=False):
             sentence, on two lines.
         free: Whether any node of a body was ever free.
         moved: Whether any of them ever moved.
-        bared: When a cut or a tear first exposed faces that touch nothing [s], by the names of
+        bared: When lost elements first exposed faces that touch nothing [s], by the names of
             bodies.
         closest: For conditions, by their places in the plan: how far they were from being true
             at least, in the units of their sides, and what was measured when [s].
@@ -195,8 +195,8 @@ class EffectWatcher:
             if body.name in memory.bared:
                 since = show(memory.bared[body.name], TIME)
                 what = (
-                    f"contact does not act on the faces of {body.name} that are cut or torn "
-                    f"open from {since} on: its parts pass through each other there"
+                    f"contact does not act on the faces of {body.name} that lost elements "
+                    f"leave from {since} on: its parts pass through each other there"
                 )
                 remedy = "draw the parts as bodies with a joint between them, and cut the joint"
                 yield WithoutEffect("cut faces", what, remedy, body.span.place)
@@ -230,11 +230,16 @@ def _solids_of(network: Network, body: BodyPart) -> list[Any]:
 
 
 def _is_torn(body: BodyPart, state: State) -> bool:
-    """Return whether elements of a body are lost that were there as drawn, and others left."""
+    """Return whether elements of a body are lost that were there as drawn, and others left.
+
+    Faces of elements that were divided touch what is in front of them.
+    """
     lost = left = 0
     for one in _solids_of(state.network, body):
         number = len(one.lost_items(state.alive))
         lost += number - len(one.lost_items(state.network.present))
+        if (drawn := state.cut_cells) is not None:
+            lost -= np.count_nonzero(np.isin(one.walls, drawn.wholes))
         left += len(one.nodes) - number
     return lost > 0 and left > 0
 

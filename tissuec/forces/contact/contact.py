@@ -115,6 +115,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
         pairs: Pairs that are considered; None for all that are near.
         bounds: Entities of the parts of solids that the last triangles bound, shape (n,); empty
             before a cut.
+        twins_touch: Whether both faces of a cut touch each other, as bodies do.
     """
 
     stiffness: Floats
@@ -129,6 +130,7 @@ class Contact(NearShapes, frozen=True, dict=True, kw_only=True):
     pairs: ContactPairs | None = None
     listed: float | None = None
     bounds: Indices = np.zeros(0, dtype=np.int64)
+    twins_touch: bool = False
 
     @property
     def block(self) -> FieldBlock:

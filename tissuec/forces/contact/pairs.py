@@ -16,7 +16,12 @@ from tissuec.forces.fields import Field
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
 from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
-from tissuec.geometry.neighbours import are_between, in_balls, nearest_triangles
+from tissuec.geometry.neighbours import (
+    are_between,
+    in_balls,
+    nearest_triangles,
+    triangles_within,
+)
 from tissuec.model.network import Floats, Indices
 
 FEW = 12  # faces up to which all pairs are examined
@@ -144,13 +149,11 @@ class NearShapes(Field, frozen=True, dict=True):
             faces = np.flatnonzero((table.of == column) & self.whole)
             if not len(faces):
                 continue
-            found = nearest_triangles(
-                position[self.nodes[points]],
-                position,
-                self.points[faces],
-                margin,
-                table.closed[int(column)],
-            )
+            near = position[self.nodes[points]], position, self.points[faces]
+            if (depth := table.depths.get(int(column))) is None:
+                found = nearest_triangles(*near, margin, table.closed[int(column)])
+            else:
+                found = triangles_within(*near, depth + margin, margin)
             node.append(points[found.point])
             face.append(faces[found.triangle])
         count = len(self.radius)

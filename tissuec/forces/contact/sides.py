@@ -42,6 +42,8 @@ class Meetings(Struct, frozen=True, eq=False):
             their faces, shape as ``meets``.
         closed: Triangles of the surfaces that keep points outside, with those in planes of
             symmetry, which touch nothing, by the column of ``sided``.
+        depths: How far behind the other surfaces, which are open, points are still kept
+            outside [m], by the column of ``sided``.
     """
 
     group: Indices
@@ -50,6 +52,7 @@ class Meetings(Struct, frozen=True, eq=False):
     sided: Indices
     distances: Floats
     closed: dict[int, Indices]
+    depths: dict[int, float] = {}
 
     @classmethod
     def of_all(cls, nodes: int, faces: int) -> Self:

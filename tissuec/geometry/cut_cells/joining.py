@@ -6,9 +6,11 @@ nodes, edges and faces are no special cases.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from tissuec.core.structs import replace
 from tissuec.geometry.cut_cells.clipping import Bools
@@ -144,38 +146,15 @@ def _face_nodes(groups: Sequence[CellParts], parts: Indices, faces: Indices) -> 
     return found
 
 
-def outer_faces(groups: Sequence[CellParts]) -> tuple[Bools, ...]:
-    """Return which faces of the cells of parts have no neighbour as drawn, (part, face) each.
-
-    Args:
-        groups: Parts of all cells of a body, those of each shape.
-    """
-    return free_faces([replace(each, nodes=each.drawn) for each in groups])
-
-
 def free_faces(groups: Sequence[CellParts]) -> tuple[Bools, ...]:
     """Return which faces of the cells of parts have nodes of no neighbour, (part, face) each.
 
     Args:
         groups: Parts of all cells of a body, those of each shape.
     """
-    first, cells = offsets(groups), numbered_cells(groups)
-    keys = FaceKeys.of(groups, [np.ones(len(each), dtype=bool) for each in groups])
-    every: list[Indices] = []
-    for each in groups:
-        own = np.zeros((len(each), len(each.division.faces)), dtype=np.int64)
-        for face, corners in enumerate(each.division.faces):
-            ring = corners[corners >= 0]
-            own[:, face] = keys.keys(np.sort(each.nodes[:, ring], axis=1), len(ring))
-        every.append(own)
+    key = _keys(groups)
     # Parts of a cell have its faces, too: what counts is how many cells have one.
-    key = np.concatenate([each.ravel() for each in every])
-    cell = np.concatenate(
-        [
-            np.repeat(cells[low:high], own.shape[1])
-            for own, low, high in zip(every, first[:-1], first[1:], strict=True)
-        ]
-    )
+    cell = _by_face(groups, numbered_cells(groups))
     order = np.lexsort((cell, key))
     key, cell = key[order], cell[order]
     starts = np.ones(len(key), dtype=bool)
@@ -186,8 +165,59 @@ def free_faces(groups: Sequence[CellParts]) -> tuple[Bools, ...]:
     alone = np.bincount(face, changes) == 0.0
     flat = np.zeros(len(key), dtype=bool)
     flat[order] = alone[face]
-    sizes = np.cumsum([each.size for each in every])[:-1]
-    return tuple(
-        values.reshape(own.shape)
-        for own, values in zip(every, np.split(flat, sizes), strict=True)
+    return _split(groups, flat)
+
+
+def parting_levels(groups: Sequence[CellParts]) -> tuple[Indices, ...]:
+    """Return the level that parts the cells on both sides of faces, shape (part, face) each.
+
+    Of several, it is one that is alone between a part and some part on the other side; -1 where
+    there is none.
+
+    Args:
+        groups: Parts of all cells of a body, those of each shape.
+    """
+    key = _keys([replace(each, nodes=each.drawn) for each in groups])
+    sides = np.concatenate([each.sides for each in groups])
+    cell, part = (
+        _by_face(groups, each) for each in (numbered_cells(groups), np.arange(len(sides)))
     )
+    found, least = np.full((2, len(key)), [[-1], [sides.shape[1] + 1]])
+    some = np.flatnonzero(sides.any(axis=1)[part])
+    for pair in pairs_of_equal(key[some]):
+        first, second = (some[each] for each in pair)
+        apart = cell[first] != cell[second]
+        first, second = first[apart], second[apart]
+        opposed = sides[part[first]] * sides[part[second]] < 0
+        count = opposed.sum(axis=1)
+        for own in (first, second):
+            better = (count > 0) & (count < least[own])
+            found[own[better]] = opposed[better].argmax(axis=1)
+            least[own[better]] = count[better]
+    return _split(groups, found)
+
+
+def _keys(groups: Sequence[CellParts]) -> Indices:
+    """Return keys of the faces of all parts by their nodes, flat, shape (face,)."""
+    keys = FaceKeys.of(groups, [np.ones(len(each), dtype=bool) for each in groups])
+    every: list[Indices] = []
+    for each in groups:
+        own = np.zeros((len(each), len(each.division.faces)), dtype=np.int64)
+        for face, corners in enumerate(each.division.faces):
+            ring = corners[corners >= 0]
+            own[:, face] = keys.keys(np.sort(each.nodes[:, ring], axis=1), len(ring))
+        every.append(own.ravel())
+    return np.concatenate(every)
+
+
+def _by_face(groups: Sequence[CellParts], values: Indices) -> Indices:
+    """Return values of parts at each of their faces, flat, shape (face,)."""
+    count = np.concatenate([np.full(len(each), len(each.division.faces)) for each in groups])
+    return np.repeat(values, count)
+
+
+def _split(groups: Sequence[CellParts], values: NDArray[Any]) -> tuple[NDArray[Any], ...]:
+    """Return flat values of faces, shape by shape, shape (part, face) each."""
+    shapes = [(len(each), len(each.division.faces)) for each in groups]
+    parts = np.split(values, np.cumsum([rows * columns for rows, columns in shapes])[:-1])
+    return tuple(own.reshape(shape) for own, shape in zip(parts, shapes, strict=True))
