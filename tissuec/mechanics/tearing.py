@@ -86,7 +86,7 @@ def tear(state: "State", name: str, broken: Indices) -> Torn:
 
     Args:
         name: Of the body, which has a reserve.
-        broken: Elements, and parts in front of tied sections, that are above their limits,
+        broken: Elements, and names of tied sections, that are above their limits,
             shape (n,).
 
     Raises:
@@ -109,8 +109,13 @@ def _open(state: "State", name: str, broken: Indices) -> Torn:
     if tied is None or not len(tied):
         return Torn(none, none)
     tears = np.isfinite(tied.first)
-    own = np.isin(tied.entities[:, 0], broken) & tears
     body = state.cut_bodies[name]
+    sections = tied.field(state.network, name, body).breakable
+    if sections is None:
+        return Torn(none, none)
+    # A whole element can be above its limit, and its section not.
+    able = sections.loads(state.position) >= 1.0 - TOGETHER
+    own = np.isin(tied.names, np.intersect1d(sections.entities[able], broken)) & tears
     lost = tied.some(own & tied.softens)
     faces = dict[int, Peeled]()
     for number in np.unique(lost.interface).tolist():
@@ -133,9 +138,9 @@ def _softened(tied: TiedSections, body: CutBody, drawn: Floats) -> TiedSections:
         return tied
     middle = tied.values(body, drawn)[:, 0].mean(axis=1)
     away, _ = cKDTree(middle[tied.softens]).query(middle)
-    tears, fronts = np.isfinite(tied.first), tied.entities[:, 0]
+    tears, names = np.isfinite(tied.first), tied.names
     # All triangles of a section, which are free together.
-    near = np.isin(fronts, fronts[tears & (away < BESIDE * tied.size)])
+    near = np.isin(names, names[tears & (away < BESIDE * tied.size)])
     return replace(tied, softens=tied.softens | (tears & near))
 
 

@@ -163,6 +163,25 @@ class TiedSections(Struct, frozen=True, eq=False):
         )  # fmt: skip
 
     @property
+    def names(self) -> Indices:
+        """Return the entity that names the section of each, shape (triangle,).
+
+        It is one of both parts, and names no other section; the part in front where there are
+        more sections than parts.
+        """
+        from scipy.sparse import csr_matrix
+        from scipy.sparse.csgraph import maximum_bipartite_matching
+
+        if not len(self):
+            return np.zeros(0, dtype=np.int64)
+        pairs, of = np.unique(self.entities, axis=0, return_inverse=True)
+        parts, column = np.unique(pairs, return_inverse=True)
+        rows = np.repeat(np.arange(len(pairs)), 2), column.reshape(-1)
+        graph = csr_matrix((np.ones(pairs.size), rows))
+        found = maximum_bipartite_matching(graph, perm_type="column")
+        return np.where(found >= 0, parts[found], pairs[:, 0])[of.reshape(-1)]
+
+    @property
     def is_gradual(self) -> Bools:
         """Return which triangles take energy as they open, shape (triangle,)."""
         return self.last > 2.0 * SUDDEN * self.first
@@ -336,12 +355,12 @@ class TiedSections(Struct, frozen=True, eq=False):
             return Ties(**common)
         of_points = (
             np.repeat(each, number)
-            for each in (self.first, self.last, self.entities[:, 0], self.softens)
+            for each in (self.first, self.last, self.names, self.softens)
         )
-        first, last, fronts, softens = of_points
+        first, last, sections, softens = of_points
         return SofteningTies(
             **common, first=np.minimum(first, FAR), last=np.minimum(last, 2.0 * FAR),
-            fronts=fronts, softens=softens,
+            sections=sections, softens=softens,
         )  # fmt: skip
 
     def softened(self, state: "State", name: str) -> Self:

@@ -132,7 +132,7 @@ class SofteningTies(Ties, frozen=True):
 
     Attributes:
         first, last: g₀ and g₁ [m], shape (point,).
-        fronts: The part in front, an entity, shape (point,).
+        sections: The entity that names its section, see ``TiedSections.names``, shape (point,).
         softens: Whether its section has begun to, shape (point,).
     """
 
@@ -141,12 +141,12 @@ class SofteningTies(Ties, frozen=True):
 
     first: Floats
     last: Floats
-    fronts: Indices
+    sections: Indices
     softens: NDArray[np.bool_]
 
     def only(self, items: Indices) -> Self:
         """Return some points, by indices of shape (n,)."""
-        own = {name: getattr(self, name)[items] for name in ("fronts", "softens")}
+        own = {name: getattr(self, name)[items] for name in ("sections", "softens")}
         return replace(super().only(items), **own)
 
     @property
@@ -157,7 +157,7 @@ class SofteningTies(Ties, frozen=True):
 
 
 class TearingSections(Struct, frozen=True, eq=False):
-    """The sections of a body that can tear, each by its part in front.
+    """The sections of a body that can tear, each by its name.
 
     A section begins to soften when the first of its points does, and is free when all are.
 
@@ -169,12 +169,12 @@ class TearingSections(Struct, frozen=True, eq=False):
 
     @property
     def entities(self) -> Indices:
-        """Return the part in front of each, an entity, ascending, shape (section,)."""
-        return np.unique(self.points.fronts)
+        """Return the name of each, an entity, ascending, shape (section,)."""
+        return np.unique(self.points.sections)
 
     def some(self, items: Indices) -> Self:
         """Return some sections, by indices of shape (n,)."""
-        own = np.isin(self.points.fronts, self.entities[items])
+        own = np.isin(self.points.sections, self.entities[items])
         return type(self)(self.points.only(np.flatnonzero(own)))
 
     def loading(self, place: Indices) -> Callable[[Floats], Floats]:
@@ -186,9 +186,9 @@ class TearingSections(Struct, frozen=True, eq=False):
             place: Index of each node among them, shape (node,).
         """
         points = self.points
-        order = np.argsort(points.fronts, kind="stable")
+        order = np.argsort(points.sections, kind="stable")
         own = points.only(order)
-        starts = np.flatnonzero(np.diff(own.fronts, prepend=-1))
+        starts = np.flatnonzero(np.diff(own.sections, prepend=-1))
         nodes, weights, begun = place[own.nodes], own.weights, own.softens[starts]
 
         def loads(x: Floats) -> Floats:
@@ -209,7 +209,7 @@ class TearingSections(Struct, frozen=True, eq=False):
         return self.loading(np.arange(len(position)))(x)
 
     def broken(self, position: Floats) -> Indices:
-        """Return the parts in front of sections above their limits, shape (n,).
+        """Return the names of sections above their limits, entities, shape (n,).
 
         Args:
             position: Of all nodes [m], shape (node, 3).

@@ -46,7 +46,7 @@ class CohesiveTies(ForceFormula):
         }
         rows: list[Floats] = []
         scale: list[tuple[float, ...]] = []
-        fronts: list[int] = []
+        sections, names = list[int](), tied.names
         for number in np.flatnonzero(alive[tied.entities].all(axis=1)):
             count = tied.shares.shape[2]
             sides = [np.zeros((count, len(drawn))) for _ in range(2)]
@@ -69,13 +69,13 @@ class CohesiveTies(ForceFormula):
             first, last = tied.first[number], tied.last[number]
             constants = area * tied.stiffness[number], area * tied.damping[number], first, last
             scale += [(*constants, float(tied.softens[number]))] * count
-            fronts += [int(tied.entities[number, 0])] * count
+            sections += [int(names[number])] * count
         self._gaps = sparse.csr_matrix(np.concatenate(rows))
         self._pull, self._brake, self._first, self._last, self._begun = np.array(scale).T
-        self._fronts = np.array(fronts)
+        self._sections = np.array(sections)
         tears = np.isfinite(self._first)
-        #: Sections that may open, by the part in front, as entities.
-        self.breakable: Indices = np.unique(self._fronts[tears])
+        #: Sections that may open, by their names, as entities.
+        self.breakable: Indices = np.unique(self._sections[tears])
 
     def burdens(self, position: Floats) -> Floats:
         """Return openings of sections divided by their limits.
@@ -87,8 +87,8 @@ class CohesiveTies(ForceFormula):
         """
         size = np.linalg.norm(self._gaps @ position, axis=1)
         found: list[float] = []
-        for front in self.breakable:
-            own = self._fronts == front
+        for section in self.breakable:
+            own = self._sections == section
             begun = self._begun[own][0] > 0.0
             limit = self._last[own] if begun else self._first[own]
             found.append(float((np.min if begun else np.max)(size[own] / limit)))
