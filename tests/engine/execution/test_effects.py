@@ -136,7 +136,8 @@ def test_a_volume_that_pressure_does_not_reach_is_named_with_both_numbers():
 
 HALVES = """language 1
 tissue gel {
-  Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms; breaking strain = 50 %
+  Young's modulus = 10 kPa; density = 1000 kg/m^3; retardation time = 5 ms
+  breaking strain = 50 %
 }
 tissue glue { spring constant = 9 N/m; viscosity = 10 mN*s/m; mass = 1 mg }
 body block {
