@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import counted_up, norm
+from tissuec.core.arrays import counted_up, cross, dot, norm
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.inside import inside
 from tissuec.geometry.nearest import TRIANGLE, places
@@ -71,26 +71,30 @@ def nearest_triangles(
 
 
 def triangles_within(
-    points: Floats, position: Floats, triangles: Indices, reach: float, margin: float
+    points: Floats, position: Floats, triangles: Indices, depth: float, margin: float
 ) -> NearestTriangles:
-    """Return the nearest triangles of points that are near an open surface.
+    """Return the nearest triangles of points that are behind an open surface, or close to it.
 
     Args:
         points: [m], shape (point, 3).
         position: Nodes of the surface [m], shape (node, 3).
-        triangles: Their corners, shape (triangle, 3).
-        reach: Distance from the nearest triangle up to which points count [m].
+        triangles: Their corners, as seen from the front, shape (triangle, 3).
+        depth: Distance from the nearest triangle up to which points behind it count [m].
         margin: As of ``nearest_triangles`` [m].
     """
     corners = position[triangles]
     middle = corners.mean(axis=1)
     size: Floats = norm(corners - middle[:, None]).max(axis=1)
-    triangle, own = in_balls(middle, size + reach, points)
+    triangle, own = in_balls(middle, size + depth + margin, points)
     kind, flat = np.full(len(own), TRIANGLE), np.zeros(len(own))
-    distance = -places(points[own], kind, corners[triangle], flat).depth
-    least = np.full(len(points), np.inf)
+    place = places(points[own], kind, corners[triangle], flat)
+    distance, least = -place.depth, np.full(len(points), np.inf)
     np.minimum.at(least, own, distance)
-    keeps = (least[own] <= reach) & (distance <= least[own] + 2.0 * margin)
+    a, b, c = corners[triangle].swapaxes(0, 1)
+    behind = (distance <= least[own]) & (dot(place.normal, cross(b - a, c - a)) < 0.0)
+    reach = np.full(len(points), margin)
+    reach[own[behind]] += depth
+    keeps = (least <= reach)[own] & (distance <= least[own] + 2.0 * margin)
     return NearestTriangles(own[keeps], triangle[keeps], distance[keeps])
 
 

@@ -153,7 +153,7 @@ class NearShapes(Field, frozen=True, dict=True):
             if (depth := table.depths.get(int(column))) is None:
                 found = nearest_triangles(*near, margin, table.closed[int(column)])
             else:
-                found = triangles_within(*near, depth + margin, margin)
+                found = triangles_within(*near, depth, margin)
             node.append(points[found.point])
             face.append(faces[found.triangle])
         count = len(self.radius)
