@@ -105,7 +105,7 @@ def tied(kind=Ties, **more):
 def torn():
     return tied(
         SofteningTies, first=np.full(5, 0.1), last=np.full(5, 2.0),
-        fronts=np.zeros(5, dtype=np.int64), softens=np.zeros(5, dtype=bool),
+        sections=np.zeros(5, dtype=np.int64), softens=np.zeros(5, dtype=bool),
     )  # fmt: skip
 
 

@@ -73,6 +73,13 @@ class CutSides(Struct, frozen=True, eq=False):
             np.maximum.at(depth, side, np.ptp(corners, axis=1).max(axis=1))
         return cls(faces, side, *sides.T, depth)
 
+    def of_triangles(self, parts: PartTriangles) -> Indices:
+        """Return the side on which each of all triangles is, -1 of the outer surface, (n,)."""
+        found = np.full(len(parts.parts), -1)
+        if len(self.side):
+            found[parts.cuts != 0] = self.side
+        return found
+
     def meetings(self, table: Meetings) -> Meetings:
         """Return tables with groups of points and surfaces behind the others, one of each side.
 
@@ -176,7 +183,8 @@ def _with_points(
     face[between.rows] = np.arange(len(between.rows))
     is_cut = parts.skin < 0
     like = np.where(is_cut, _faces_of_bodies(network, between.rows, parts), face[parts.skin])
-    chosen = like >= 0
+    chosen, side = like >= 0, sides.of_triangles(parts)
+    side = side[chosen]
     parts, like, is_cut = parts.chosen(chosen), like[chosen], is_cut[chosen]
     corners = state.drawn[parts.corners]
     a, b, c = corners.swapaxes(0, 1)
@@ -188,16 +196,12 @@ def _with_points(
     table = _apart(drawn, group, drawn.owner[first + point])
     each = hard[part]
     if len(sides.side):
-        # Points that touch the other side of the cut touch nothing else.
-        side = np.full(len(parts.parts), -1)
-        side[parts.cuts != 0] = sides.side
-        lowest = np.full(len(network.bodies), len(table.meets))
-        np.minimum.at(lowest, drawn.owner[first + point], group)
-        own = np.flatnonzero((side[part] >= 0) & (group == lowest[drawn.owner[first + point]]))
+        own, rows = _other_points(side[part], group, drawn.owner[first + point])
         both = _hardness_of_both(corners, hard, parts.cuts != 0)
         each = np.append(each, both[part[own]])
-        rows = len(table.meets) + side[part[own]]
-        table = replace(sides.meetings(table), group=np.append(table.group, rows))
+        table = replace(
+            sides.meetings(table), group=np.append(table.group, len(table.meets) + rows)
+        )
         every = np.append(np.arange(len(part)), own)
         part, point, shares, areas = part[every], point[every], shares[every], areas[every]
     source = first + point
@@ -230,6 +234,25 @@ def _with_points(
         meetings=table,
         between=made,
     )
+
+
+def _other_points(side: Indices, group: Indices, owner: Indices) -> tuple[Indices, Indices]:
+    """Return points of which there are others that touch the other side of their cut alone.
+
+    They are those of one group of each body.
+
+    Args:
+        side: Of the cut on which each point is, -1 of others, shape (point,).
+        group: Of each in the tables of contact, shape (point,).
+        owner: The body of each, shape (point,).
+
+    Returns:
+        Numbers of points, and their sides, shape (n,) each.
+    """
+    lowest = np.full(owner.max(initial=0) + 1, group.max(initial=0))
+    np.minimum.at(lowest, owner, group)
+    own = np.flatnonzero((side >= 0) & (group == lowest[owner]))
+    return own, side[own]
 
 
 def _points(

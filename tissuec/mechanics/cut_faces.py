@@ -153,7 +153,7 @@ def _areas(corners: Floats) -> Floats:
 
 
 def face_normals(corners: Floats) -> Floats:
-    """Return normals of triangles, twice as long as their areas, shape (…, 3)."""
+    """Return normals of triangles, twice as long as their areas [m²], shape (…, 3)."""
     a, b, c = np.moveaxis(corners, -2, 0)
     return np.asarray(cross(b - a, c - a))
 

@@ -176,7 +176,6 @@ def contact_of(
         meetings=Meetings.of_all(len(touchable.nodes), len(faces.kind)),
         whole=np.ones(len(faces.kind), dtype=bool),
         there=np.ones(len(touchable.nodes), dtype=bool),
-        twins_touch=law.between_bodies,
     )
     if points is not None and sides is not None:
         own = stiffness_of(points, network, environment, findings, balances=balances)
@@ -246,6 +245,7 @@ def _with_points(
         stiffness=np.append(contact.stiffness, stiffness),
         layer=law.contact_layer or SOFT * float(points.face_size.min()),
         between=points.between,
+        twins_touch=law.between_bodies,
         meetings=Meetings(group, of, points.meetings(network), *sides[:3]),
     )
 
