@@ -74,7 +74,7 @@ class CutSides(Struct, frozen=True, eq=False):
         return cls(faces, side, *sides.T, depth)
 
     def of_triangles(self, parts: PartTriangles) -> Indices:
-        """Return the side on which each of all triangles is, -1 of the outer surface, (n,)."""
+        """Return the side of each of all triangles, -1 of the outer surface, shape (n,)."""
         found = np.full(len(parts.parts), -1)
         if len(self.side):
             found[parts.cuts != 0] = self.side
@@ -183,12 +183,11 @@ def _with_points(
     face[between.rows] = np.arange(len(between.rows))
     is_cut = parts.skin < 0
     like = np.where(is_cut, _faces_of_bodies(network, between.rows, parts), face[parts.skin])
-    chosen, side = like >= 0, sides.of_triangles(parts)
-    side = side[chosen]
+    chosen = like >= 0
+    side = sides.of_triangles(parts)[chosen]
     parts, like, is_cut = parts.chosen(chosen), like[chosen], is_cut[chosen]
     corners = state.drawn[parts.corners]
-    a, b, c = corners.swapaxes(0, 1)
-    area = 0.5 * np.asarray(norm(cross(b - a, c - a)))
+    area = 0.5 * np.asarray(norm(face_normals(corners)))
     hard = _hardness(state, drawn, parts, like, is_cut, area)
     first = len(drawn.nodes) - len(between.corners)
     part, point, shares, areas = _points(drawn, like, area, between.drawn[like])
