@@ -20,7 +20,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.arrays import counted_up, cross, norm
+from tissuec.core.arrays import counted_up, norm
 from tissuec.core.structs import replace
 from tissuec.forces.contact.contact import Contact
 from tissuec.forces.contact.sides import Meetings
