@@ -552,7 +552,7 @@ def _blocks(
     """Return glue, contact, forces and planes of symmetry; see ``_plan`` for the arguments."""
     findings, contact = conditions.findings, None
     found: list[FieldBlock] = []
-    if scene.glues and is_whole:
+    if scene.embeddings and is_whole:
         from tissuec.compiler.bodies import gluing  # where there is any
 
         with findings.item():
@@ -567,6 +567,12 @@ def _blocks(
 
         found = [parked(network)]
         network = network.with_blocks(*found)
+    if scene.peeling and is_whole:
+        from tissuec.compiler.bodies.peeling import glue_blocks  # where there is any
+
+        glued = glue_blocks(scene, network, conditions.groups, findings)
+        found += glued
+        network = network.with_blocks(*glued)
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
         settles = any(e.time == 0.0 and isinstance(e.action, Settle) for e in plan.events)
@@ -632,7 +638,7 @@ def _plan(
         output=output,
         expectations=tuple(expectations),
         needs_ledger=conditions.needs_ledger or _adds_energy(scene.simulation),
-        breakable=_can_break(network, script),
+        breakable=_can_break(network, script) or bool(scene.peeling),
     )
     if outputs.asked and is_whole and not findings.errors:
         from tissuec.compiler.output.frame_fields import check_fields  # where there are any

@@ -117,17 +117,21 @@ def _open(state: "State", name: str, broken: Indices) -> Torn:
     able = sections.loads(state.position) >= 1.0 - TOGETHER
     own = np.isin(tied.names, np.intersect1d(sections.entities[able], broken)) & tears
     lost = tied.some(own & tied.softens)
-    faces = dict[int, Peeled]()
+    torn, peeled = Torn(none, none), list[Peeled]()
     for number in np.unique(lost.interface).tolist():
         one = lost.some(lost.interface == number)
         area = float(one.areas(state.network, name, body).sum())
         energy = float(one.field(state.network, name, body).energy(state.time, state.position))
         wholes = _drawn_entities(state, name, body, one.entities[:, 0])
-        faces[number] = Peeled(number, wholes, area, energy)
-    torn = faces.pop(-1, Peeled(-1, none, 0.0, 0.0))
+        if number < 0:
+            torn = Torn(wholes, none, area, energy)
+            continue
+        interface = state.network.body_named(name).interfaces[number]
+        what = f"the interface {interface.name}"
+        peeled.append(Peeled(what, interface.span, wholes, area, energy))
     left = replace(tied, softens=tied.softens | own).some(~(own & tied.softens))
     put_ties(state, name, _softened(left, body, state.network.position))
-    return Torn(torn.elements, none, torn.area, torn.energy, tuple(faces.values()))
+    return torn._replace(peeled=tuple(peeled))
 
 
 def _softened(tied: TiedSections, body: CutBody, drawn: Floats) -> TiedSections:

@@ -25,7 +25,14 @@ from numpy.typing import NDArray
 from tissuec.core.structs import replace
 from tissuec.forces.moduli import plane_modulus, poisson_of, young_of
 from tissuec.forces.solids.element_limits import softening_strength
-from tissuec.forces.solids.ties import FAR, SofteningTies, Ties
+from tissuec.forces.solids.ties import (
+    FAR,
+    STIFF_INTERFACE,
+    SUDDEN,
+    SofteningTies,
+    Ties,
+    openings,
+)
 from tissuec.forces.surfaces.membranes import Membranes
 from tissuec.geometry.blade_sections import halves
 from tissuec.geometry.cut_cells.parts import functions_at
@@ -39,15 +46,11 @@ if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
-STIFF, STIFF_INCOMPRESSIBLE, STIFF_INTERFACE = 3.0, 10.0, 10.0
+STIFF, STIFF_INCOMPRESSIBLE = 3.0, 10.0
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9  # Poisson's ratio, to rounding
 #: Largest ω² of ties, over that of ties of a whole section between undivided elements.
 SWIFT = 1.5
 ON_SURFACE = 1e-3  # of the size of an element: how far triangles of a surface are from it
-#: Energy up to where ties begin to soften, at most, over what they take in all.
-LATE = 0.25
-#: Largest opening of ties of tissue that tears at once, over that at which they begin to.
-SUDDEN = 1.01
 _COLUMNS = (
     "entities", "roots", "shares", "stiffness", "damping", "size", "soft", "first", "last",
     "softens", "interface",
@@ -148,13 +151,7 @@ class TiedSections(Struct, frozen=True, eq=False):
         stiffness = 2.0 * stiff[own].min(axis=1) / (size / young[own]).sum(axis=1)
         entities = np.concatenate(body.entities)[found.parts[own]]
         strength, energy = strength[own].min(axis=1), energy[own].min(axis=1)
-        # Ties of slivers are soft; with less strength, they take the energy all the same.
-        least = np.where(energy > 0.0, np.sqrt(2.0 * LATE * energy * stiffness), np.inf)
-        strength = np.minimum(strength, least)
-        first = strength / stiffness
-        with np.errstate(invalid="ignore"):
-            last = np.maximum(2.0 * energy / strength, SUDDEN * first)
-        last = np.where(np.isfinite(first), last, np.inf)
+        first, last = openings(strength, energy, stiffness)  # ties of slivers are soft
         count = len(first)
         return cls(
             entities, found.roots[own], found.shares[own], stiffness,

@@ -17,6 +17,7 @@ KINDS = (
     "activation",
     "plates",
     "ties",
+    "glue",
     "contact",
     "jet",
 )

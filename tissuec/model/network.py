@@ -537,14 +537,20 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def glued_ends(self) -> Indices:
-        """Return embedded nodes beside each of their hosts, shape (host, 2)."""
-        if (embedding := self.embedding) is None:
-            return np.zeros((0, 2), dtype=np.int64)
-        return np.stack([embedding.nodes[embedding.owners], embedding.hosts], axis=1)
+        """Return embedded nodes beside each of their hosts, shape (host, 2).
+
+        Of faces that are glued with a toughness, a node of either side at each point follows.
+        """
+        found = [np.zeros((0, 2), dtype=np.int64)]
+        if (embedding := self.embedding) is not None:
+            ends = embedding.nodes[embedding.owners], embedding.hosts
+            found.append(np.stack(ends, axis=1))
+        found += [each.joined_pairs for each in self.of_kind("glue")]
+        return np.concatenate(found)
 
     @cached_property
     def glued(self) -> Indices:
-        """Return pairs of bodies, nodes of the first of which are embedded in the second.
+        """Return pairs of bodies, nodes of the first of which are glued to the second.
 
         The shape is (pair, 2).
         """

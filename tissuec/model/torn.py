@@ -4,20 +4,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissuec.core.source import Span
 from tissuec.model.network import Indices
 
 
 class Peeled(NamedTuple):
-    """What became free of an interface at one time.
+    """What became free of an interface or of glue at one time.
 
     Attributes:
-        interface: Its number in the body.
+        name: Such as "the interface from wall to pad".
+        span: Where it is written.
         elements: As drawn, on one side of it, entities, shape (n,).
         area: As drawn [m²].
         energy: Taken by it [J].
     """
 
-    interface: int
+    name: str
+    span: Span
     elements: Indices
     area: float
     energy: float

@@ -410,17 +410,20 @@ class Joint(Struct, frozen=True, eq=False):
 
 
 class Glue(Struct, frozen=True, eq=False):
-    """Nodes that are embedded in a body.
+    """Nodes that are embedded in a body, or faces that are tied to it and can come apart.
 
     Attributes:
         ends: The set or body that is glued, and that to which it is.
         reach: Distance from the other side as drawn up to which nodes are glued [m]; None if
             not written.
+        toughness: Energy per area as drawn at which faces come apart [J/m²]; None of nodes that
+            are embedded.
     """
 
     name: str
     ends: tuple[s.Name, s.Name]
     reach: float | None
+    toughness: float | None
     span: Span
 
 
@@ -501,3 +504,13 @@ class Scene(Struct, frozen=True, eq=False):
     overrides: tuple[str, ...]  # texts of --set
     #: What blocks contain that a declaration of their kind reads, by kind and name.
     blocks: Mapping[str, Mapping[str, Any]] = {}
+
+    @property
+    def embeddings(self) -> list[Glue]:
+        """Return the glue that never comes apart."""
+        return [glue for glue in self.glues.values() if glue.toughness is None]
+
+    @property
+    def peeling(self) -> list[Glue]:
+        """Return the glue with a toughness."""
+        return [glue for glue in self.glues.values() if glue.toughness is not None]

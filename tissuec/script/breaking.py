@@ -1,4 +1,4 @@
-"""What breaks by itself: springs and elements that are lost, and solids that tear by faces."""
+"""What breaks by itself: springs and elements that are lost, solids that tear, and glue."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
-from tissuec.model.torn import Torn
+from tissuec.model.torn import Peeled, Torn
 from tissuec.script.verbs import stopping
 
 
@@ -17,23 +17,30 @@ class Broken(NamedTuple):
         entities: Springs and elements that have parted, ascending, shape (n,).
         edges: Edges that are lost with them, ascending, shape (m,).
         torn: What tore by faces, by names of bodies.
+        peeled: Glue that became free; its elements are among the entities.
     """
 
     entities: Indices
     edges: Indices
     torn: dict[str, Torn]
+    peeled: tuple[Peeled, ...]
 
 
 def break_apart(state: State, broken: Indices) -> Broken:
-    """Let springs break, elements be lost, and solids tear; the state is changed in place.
+    """Let springs break, elements be lost, solids tear, and glue come off, in place.
 
     Args:
-        broken: Entities above their limits, shape (n,).
+        broken: Entities and glued sections above their limits, shape (n,).
 
     Raises:
         ActionFailed: The reserve of a body is exhausted.
     """
-    torn = dict[str, Torn]()
+    torn, peeled = dict[str, Torn](), tuple[Peeled, ...]()
+    is_glue = broken >= state.network.entity_count
+    if is_glue.any():
+        from tissuec.mechanics.peeling import peel  # where there is any
+
+        peeled, broken = peel(state, broken[is_glue]), broken[~is_glue]
     for body in (one for one in state.network.bodies if one.reserve.nodes):
         own = (broken >= int(body.elements.start)) & (broken < int(body.elements.stop))
         if own.any():
@@ -42,8 +49,10 @@ def break_apart(state: State, broken: Indices) -> Broken:
     edges = [broken[:0], *(each.edges for each in torn.values())]
     if len(broken):
         edges.append(state.break_entities(broken))
-    parted = np.concatenate([broken, *(each.every_element for each in torn.values())])
-    return Broken(np.unique(parted), np.unique(np.concatenate(edges)), torn)
+    parted = [broken, *(each.every_element for each in torn.values())]
+    parted += [each.elements for each in peeled]
+    found = np.unique(np.concatenate(parted)), np.unique(np.concatenate(edges))
+    return Broken(*found, torn, peeled)
 
 
 def _torn(state: State, name: str, broken: Indices) -> Torn:

@@ -116,7 +116,8 @@ class _SampleRecorder(Recorder):
         own = self._strain[: self.network.spring_count]
         np.maximum(own, strain.max(axis=0, initial=0.0), out=own)
         for field in state.fields:
-            if (breakable := field.breakable) is not None:
+            breakable = field.breakable
+            if breakable is not None and breakable.entities[0] < len(self._strain):
                 loads = [breakable.loads(position) for position in samples.position]
                 own = breakable.entities
                 highest = np.max(loads, axis=0, initial=0.0)

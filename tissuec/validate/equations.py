@@ -36,7 +36,7 @@ from tissuec.validate.forces.laws import ReferenceLaws
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.pressure import PressedSkin, VolumeField
 from tissuec.validate.forces.supports import MirroredForces
-from tissuec.validate.forces.ties import CohesiveTies
+from tissuec.validate.forces.ties import CohesiveTies, GluedFaces, TiedPoints
 from tissuec.validate.yielding import RelaxingFields, Yielding
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ class Equations:
         self.fields = tuple(self._formula(block, state) for block in blocks)
         of_elements = (ElementSolid, MembraneWall)
         self.elements = [one for one in self.fields if isinstance(one, of_elements)]
-        self.ties = [one for one in self.fields if isinstance(one, CohesiveTies)]
+        self.ties = [one for one in self.fields if isinstance(one, TiedPoints)]
         smooth = [one for one in self.fields if one is not self.contact]
         self.matrices = FieldMatrices(smooth, self.embedded, self.count)
         self.bodies = network.body_nodes
@@ -211,6 +211,8 @@ class Equations:
                 tied = state.tied[field.name], state.cut_bodies[field.name]
                 thick = getattr(state.network.elements_of(field.name)[0], "thickness", None)
                 return CohesiveTies(*tied, state.network.position, state.alive, thick)
+            case "glue":
+                return GluedFaces(field, self.count)
             case "jet":
                 return JetForce(field, state.network)
             case "contact":

@@ -24,11 +24,11 @@ from tissuec.validate.forces.bending import PlateBending
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.supports import MirroredForces
-from tissuec.validate.forces.ties import CohesiveTies
+from tissuec.validate.forces.ties import TiedPoints
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-VISCOUS = (ElementSolid, MembraneWall, PlateBending, CohesiveTies)
+VISCOUS = (ElementSolid, MembraneWall, PlateBending, TiedPoints)
 FASTEST = 1e-3  # of the velocities by which viscous forces are differenced [m/s]
 
 

@@ -119,8 +119,9 @@ class ReferenceRun:
             if found is not None:
                 break
         self._take(equations, ending.time, y)
-        able = strains.springs
-        self.strain[able] = np.maximum(self.strain[able], strains.highest)
+        is_entity = strains.springs < len(self.strain)  # and no glue
+        able, highest = strains.springs[is_entity], strains.highest[is_entity]
+        self.strain[able] = np.maximum(self.strain[able], highest)
         return ending
 
     def _steps(self, equations: Equations, y: Floats, stop: float) -> Iterator[Step]:
@@ -222,7 +223,7 @@ class ReferenceRun:
         for name in self.state.give_way(broken):
             broken = broken[broken != self.state.knots[name].hold]
         if len(broken):
-            parted, edges, _ = break_apart(self.state, broken)
+            parted, edges, *_ = break_apart(self.state, broken)
             self.ruptured[parted] = self.ruptured[edges] = True
             if len(parted):
                 self.breaks.append(Break(self.state.time, parted))

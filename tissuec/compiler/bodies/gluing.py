@@ -7,7 +7,7 @@ faces that lie at faces get mean weights instead, which pass uniform stress on; 
 Masses are shared by the functions of corners.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
@@ -55,7 +55,7 @@ def embedding_block(
 
     count = network.node_count
     spread, owner = [csr_matrix((count, count))] * 2, np.full(count, -1)
-    glues = list(scene.glues.values())
+    glues = scene.embeddings
     for number, glue in enumerate(glues):
         with findings.item():
             nodes, *weights = _glued(glue, network, groups, findings)
@@ -129,7 +129,6 @@ def _glued(
     glue: Glue, network: Network, groups: Groups, findings: Findings
 ) -> "tuple[Indices, csr_matrix, csr_matrix]":
     """Return the nodes that a glue embeds, weights and shares of mass, shape (node, node)."""
-    where = glue.ends[0].span.to(glue.ends[1].span)
     first, second = groups.both(glue.ends)
     hosts = hosts_at(network, second.indices)
     if not hosts:
@@ -140,6 +139,17 @@ def _glued(
             glue.ends[1].span,
             hint="glue to a body of elements or to a thread, or join nodes by springs",
         )
+    refuse_common(glue, first, second, hosts, findings)
+    found = _weights(glue, network, first.indices, hosts)
+    if len(found.far):
+        _refuse_far(glue, network, first, second, found, findings)
+    return first.indices, found.weights, found.shares
+
+
+def refuse_common(
+    glue: Glue, first: Group, second: Group, hosts: Sequence[Hosts], findings: Findings
+) -> None:
+    """Reject glue of nodes to what they belong to."""
     own = np.unique(np.concatenate([each.nodes.ravel() for each in hosts]))
     if common := int(np.isin(first.indices, own).sum()):
         findings.reject(
@@ -147,13 +157,9 @@ def _glued(
             f"{counted(common, 'node')} of {first.name} "
             f"{'belongs' if common == 1 else 'belong'} to what {second.name} is part of, and "
             "no node can be glued to itself",
-            where,
+            glue.ends[0].span.to(glue.ends[1].span),
             hint="choose nodes of another body",
         )
-    found = _weights(glue, network, first.indices, hosts)
-    if len(found.far):
-        _refuse_far(glue, network, first, second, found, findings)
-    return first.indices, found.weights, found.shares
 
 
 class NodeWeights(NamedTuple):
@@ -181,9 +187,8 @@ def _weights(glue: Glue, network: Network, nodes: Indices, hosts: list[Hosts]) -
     from scipy.sparse import csr_matrix, diags
 
     position = network.position
-    edge = max(float(sizes(position[each.nodes]).mean()) for each in hosts)
+    edge, reach = edge_and_reach(glue, position, hosts)
     is_solid = all(each.is_solid for each in hosts)
-    reach = REACH * edge if glue.reach is None else glue.reach
     limit = reach if is_solid else min(reach, 1e3 * ON * edge)
     points = position[nodes]
     least, entries = np.full(len(nodes), np.inf), dict[int, tuple[str, Indices, Floats]]()
@@ -211,6 +216,12 @@ def _weights(glue: Glue, network: Network, nodes: Indices, hosts: list[Hosts]) -
         points[passing] = 0.0
         weights = csr_matrix(diags(points) @ weights + mean)
     return NodeWeights(weights, lumping, nodes[~near], least[~near], limit, is_solid)
+
+
+def edge_and_reach(glue: Glue, position: Floats, hosts: Sequence[Hosts]) -> tuple[float, float]:
+    """Return the length of edges of hosts, and how far what is glued may be from them [m]."""
+    edge = max(float(sizes(position[each.nodes]).mean()) for each in hosts)
+    return edge, REACH * edge if glue.reach is None else glue.reach
 
 
 def _faces(network: Network, nodes: Indices) -> list[SideFaces]:

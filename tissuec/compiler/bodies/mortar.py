@@ -80,6 +80,12 @@ def faces_of(hosts: Hosts) -> Iterator[SideFaces]:
 
 def outer(every: Sequence[SideFaces]) -> list[SideFaces]:
     """Return the faces that one element alone has."""
+    alone = are_outer(every)
+    return [each.some(one) for each, one in zip(every, alone, strict=True) if one.any()]
+
+
+def are_outer(every: Sequence[SideFaces]) -> list[NDArray[np.bool_]]:
+    """Return which faces one element alone has, shape (face,) each."""
     most = max(len(each.own) for each in every)
     keys = [
         np.pad(np.sort(each.nodes), ((0, 0), (most - len(each.own), 0)), constant_values=-1)
@@ -89,8 +95,7 @@ def outer(every: Sequence[SideFaces]) -> list[SideFaces]:
         np.concatenate(keys), axis=0, return_inverse=True, return_counts=True
     )
     ends = np.cumsum([len(each.elements) for each in every])[:-1]
-    alone = np.split((count == 1)[which.ravel()], ends)
-    return [each.some(one) for each, one in zip(every, alone, strict=True) if one.any()]
+    return np.split((count == 1)[which.ravel()], ends)
 
 
 class CommonParts(NamedTuple):
@@ -130,11 +135,8 @@ def mortar_weights(
     for every in guests:
         for start in range(0, len(every.elements), TOGETHER):
             own = every.some(slice(start, start + TOGETHER))
-            parts = [_parts(position, own, other, reach) for other in hosts]
-            covered = sum(np.bincount(each.guest, each.area, len(own.nodes)) for each in parts)
-            whole = _areas(position[own.triangles]).reshape(-1, len(own.divided)).sum(axis=1)
-            takes = covered >= COVERED * whole
-            even, entries = _integrals(position, own, hosts, [each.of(takes) for each in parts])
+            takes, parts = covered_parts(position, own, hosts, reach)
+            even, entries = _integrals(position, own, hosts, parts)
             np.add.at(area, own.nodes, even)
             sums = sums + csr_matrix(entries, shape=shape)
             rows, columns = np.broadcast_arrays(
@@ -150,6 +152,39 @@ def mortar_weights(
     return np.flatnonzero(on), csr_matrix(back @ diags(1.0 / np.where(on, area, 1.0)) @ sums)
 
 
+def covered_parts(
+    position: Floats, own: SideFaces, hosts: Sequence[SideFaces], reach: float
+) -> tuple[NDArray[np.bool_], list[CommonParts]]:
+    """Return which faces hosts cover, shape (face,), and what these have in common with each.
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+        own: Faces of guests.
+        reach: How far the sides may be from each other [m].
+    """
+    parts = [_parts(position, own, other, reach) for other in hosts]
+    covered = sum(np.bincount(each.guest, each.area, len(own.nodes)) for each in parts)
+    takes = covered >= COVERED * face_areas(position, own)
+    return takes, [each.of(takes) for each in parts]
+
+
+def face_areas(position: Floats, faces: SideFaces) -> Floats:
+    """Return the areas of faces [m²], shape (face,); arguments as of ``covered_parts``."""
+    return _areas(position[faces.triangles]).reshape(-1, len(faces.divided)).sum(axis=1)
+
+
+def weights_at(position: Floats, own: SideFaces, part: CommonParts) -> tuple[Floats, Floats]:
+    """Return the functions of nodes of faces of guests at points, and where they then are.
+
+    Returns:
+        Dimensionless, shape (point, n), and on the faces [m], shape (point, 3).
+    """
+    around = own.elements[part.guest]
+    n = placed(own.shape, part.place, position[around])[0][:, own.own]
+    n = n / n.sum(axis=1, keepdims=True)
+    return n, np.einsum("pa,pak->pk", n, position[own.nodes[part.guest]])
+
+
 def _integrals(
     position: Floats, own: SideFaces, hosts: Sequence[SideFaces], parts: Sequence[CommonParts]
 ) -> tuple[Floats, tuple[Floats, tuple[Indices, Indices]]]:
@@ -161,10 +196,7 @@ def _integrals(
     even, square = np.zeros(nodes.shape), np.zeros((*nodes.shape, nodes.shape[1]))
     found: list[tuple[Floats, Floats]] = []
     for part in parts:
-        around = own.elements[part.guest]
-        n = placed(own.shape, part.place, position[around])[0][:, own.own]
-        n = n / n.sum(axis=1, keepdims=True)
-        place = np.einsum("pa,pak->pk", n, position[nodes[part.guest]])
+        n, place = weights_at(position, own, part)
         n = n @ mixed.T
         np.add.at(even, part.guest, part.area[:, None] * n)
         both = n[:, :, None] * n[:, None, :]

@@ -206,6 +206,9 @@ def breakable_entities(compiled: Compiled) -> NDArray[np.bool_]:
             beside = int(body.elements.start) + np.flatnonzero(interface.sides)
             breakable[beside] = True
             breakable[edges_of(network, beside)] = True
+    for glue in network.of_kind("glue"):
+        breakable[glue.elements] = True
+        breakable[edges_of(network, glue.elements)] = True
     for event in compiled.plan.every_event:
         if follows(event.action, Breaking):
             breakable[event.action.breakable(network)] = True

@@ -208,12 +208,12 @@ class EventHandler:
         broken, springs, elements = springs, springs[~is_element], springs[is_element]
         is_pressed = observables.tension(state, *motion, springs) < 0.0
         try:
-            parted, edges, torn = break_apart(state, broken)
+            parted, edges, torn, peeled = break_apart(state, broken)
         except ActionFailed as failure:
             self.failure = explain_action(failure, state, "")
             return
         self.run_state.ruptured[parted] = self.run_state.ruptured[edges] = True
-        elements = elements[np.isin(elements, parted)]
+        elements = elements[np.isin(elements, parted)]  # without glued sections
         for each in torn.values():
             elements = np.setdiff1d(elements, each.every_element)
         self._log_broken("rupture", springs[~is_pressed])
@@ -223,6 +223,8 @@ class EventHandler:
         for each in torn.values():
             for event in _torn_faces(self.network, motion[0], each):
                 self._log(event)
+        for one in peeled:
+            self._log(_opened(self.network, one))
 
     def _log_broken(self, kind: str, springs: Indices) -> None:
         """Enter springs that broke, by the places that their limits come from."""
@@ -330,12 +332,7 @@ def _torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[Logg
         torn: What tore in it.
     """
     for one in torn.peeled:
-        first = int(one.elements[0])
-        interface = network.owner(first).interfaces[one.interface]
-        at = "at" if len(one.elements) == 1 else "first at"
-        text = f"the interface {interface.name} has opened ({_taken(one)}), {at} "
-        text += _place_of_element(network, first)
-        yield LoggedEvent("rupture", tuple(one.elements.tolist()), text, interface.span)
+        yield _opened(network, one)
     if not torn.area:
         yield from broken_elements(network, position, torn.elements, torn.edges)
         return
@@ -348,6 +345,14 @@ def _torn_faces(network: Network, position: Floats, torn: Torn) -> Iterator[Logg
     text = f"the faces in {what} have opened ({_taken(torn)}){of}"
     springs = (*torn.elements.tolist(), *torn.edges.tolist())
     yield LoggedEvent("rupture", springs, text, origin.span)
+
+
+def _opened(network: Network, one: Peeled) -> LoggedEvent:
+    """Return the event of an interface or of glue that has opened."""
+    at = "at" if len(one.elements) == 1 else "first at"
+    text = f"{one.name} has opened ({_taken(one)}), {at} "
+    text += _place_of_element(network, int(one.elements[0]))
+    return LoggedEvent("rupture", tuple(one.elements.tolist()), text, one.span)
 
 
 def _taken(faces: Torn | Peeled) -> str:

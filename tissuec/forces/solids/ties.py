@@ -45,6 +45,30 @@ from tissuec.model.network import Floats, Indices
 
 #: Opening at which ties that never tear would: larger than any tissue [m].
 FAR = 1e3
+#: k h/E of ties between two regions or bodies.
+STIFF_INTERFACE = 10.0
+#: Energy up to where ties begin to soften, at most, over what they take in all.
+LATE = 0.25
+#: Largest opening of ties of tissue that tears at once, over that at which they begin to.
+SUDDEN = 1.01
+
+
+def openings(strength: Floats, energy: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
+    """Return the openings at which faces begin to soften, and are free [m], shape (n,) each.
+
+    Ties that are soft have less strength, and take the energy all the same.
+
+    Args:
+        strength: σ [Pa], infinite where a blade alone parts them, shape (n,).
+        energy: G [J/m²], shape (n,).
+        stiffness: k [Pa/m], shape (n,).
+    """
+    least = np.where(energy > 0.0, np.sqrt(2.0 * LATE * energy * stiffness), np.inf)
+    strength = np.minimum(strength, least)
+    first = strength / stiffness
+    with np.errstate(invalid="ignore"):
+        last = np.maximum(2.0 * energy / strength, SUDDEN * first)
+    return first, np.where(np.isfinite(first), last, np.inf)
 
 
 def _sums(x: Sequence[Vector], v: Sequence[Vector], p: Numbers) -> tuple[Number, Number]:
@@ -154,6 +178,33 @@ class SofteningTies(Ties, frozen=True):
         """Return the sections that can tear; None without any."""
         able = np.flatnonzero(self.first < FAR)
         return TearingSections(self.only(able)) if len(able) else None
+
+
+class GlueTies(SofteningTies, frozen=True):
+    """Points of faces of two bodies that are glued, and can come apart.
+
+    Sections are not booked as softening before they are free: nothing depends on it. They are
+    numbered behind the entities of the network, so that elements in front can break as well.
+
+    Attributes:
+        name: Of the joint.
+        sections: The number of the section, shape (point,).
+        elements: The element in front, an entity, shape (point,).
+        areas: As drawn [m²], shape (point,).
+    """
+
+    elements: Indices
+    areas: Floats
+
+    def only(self, items: Indices) -> Self:
+        """Return some points, by indices of shape (n,)."""
+        own = {name: getattr(self, name)[items] for name in ("elements", "areas")}
+        return replace(super().only(items), **own)
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(f"the glue of {self.name}", "glue", self, self.span)
 
 
 class TearingSections(Struct, frozen=True, eq=False):

@@ -88,6 +88,8 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
     actions = [event.action for event in plan.every_event]
     if any(body.interfaces for body in network.bodies):
         return "ties of an interface follow from the numbers of its elements"
+    if network.of_kind("glue"):
+        return "glue with a toughness follows from the numbers of elements"
     if at_rest and plan.triggers:
         return "the script waits for a condition"
     for kind in dict.fromkeys(map(type, actions)):

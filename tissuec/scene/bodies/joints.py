@@ -19,6 +19,7 @@ from tissuec.scene.reading.entries import by_name, entry, written
 from tissuec.scene.reading.expressions import Scope
 from tissuec.scene.reading.parts import SCENE, block, declare
 from tissuec.scene.tissues.names import reading_tissues, tissue_entry
+from tissuec.scene.tissues.quantities import TOUGHNESS
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import SET, NameClause
 
@@ -90,6 +91,10 @@ ENTRIES = by_name(
         "which nodes are joined: each to the nearest one, or all within reach", PAIRS[0],
     ),
     SECTION,
+    entry(
+        TOUGHNESS, Real(units.STIFFNESS, above=0.0, example="5 J/m^2"),
+        "energy per area at which glued faces come apart",
+    ),
 )  # fmt: skip
 declare(
     "joint", "Springs or glue that join bodies.", 23,
@@ -110,7 +115,15 @@ def read_joint(program: ResolvedProgram, declared: Declared) -> Joint | Glue:
         for key in filter(found.__contains__, OF_SPRINGS):
             message = f'glue has no "{key}": it is as firm as what it joins'
             findings.reject("TIS304", message, places[key], hint=f'remove "{key}"')
-        return Glue(name.text, found["glue"], found.get("reach"), item.head)
+        of_glue = found.get("reach"), found.get(TOUGHNESS)
+        return Glue(name.text, found["glue"], *of_glue, item.head)
+    if TOUGHNESS in found:
+        findings.reject(
+            "TIS304",
+            "only glue has a toughness: springs break by their forces",
+            places[TOUGHNESS],
+            hint="write glue in place of springs, or a breaking force in the tissue",
+        )
     example = f"tissue is {next(iter(program.tissues), 'silk')}"
     hints = {
         "springs": f"for example: {ENTRIES['springs'].example} or: glue from FACE to BODY",

@@ -4,7 +4,7 @@ The opening g of a point is the difference of the places that both parts give it
 one row of the sparse matrix J per point. Forces are -Jᵀ A (k g + d dg/dt), A being a third of
 the area of a triangle as drawn. Where tissue has torn, k falls by the factor f, and d by f⁴.
 Sections of walls are lines with the two points of Gauss, whose areas are halves of the length
-times the thickness.
+times the thickness. Of glue, rows and areas are those that the faces have in common as drawn.
 """
 
 from typing import Any
@@ -20,59 +20,20 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-class CohesiveTies(ForceFormula):
-    """The ties of a body as a field of forces.
+class TiedPoints(ForceFormula):
+    """Points that are tied, as a field of forces.
 
     Args:
-        tied: ``mechanics.tying.TiedSections``, read for places in cells and constants.
-        body: ``mechanics.cut_body.CutBody``, read for the nodes of parts.
-        drawn: Places of all nodes as drawn [m], shape (node, 3).
-        alive: Which entities exist.
-        thickness: Of a wall by the numbers of its drawn triangles [m]; None of a solid.
+        rows: J, shape (point, node).
+        scale: k and d times areas [N/m] [N s/m], both openings [m], and 1 if the section has
+            begun to soften, shape (5, point).
+        sections: The section of each, shape (point,).
     """
 
-    def __init__(
-        self,
-        tied: Any,
-        body: Any,
-        drawn: Floats,
-        alive: NDArray[np.bool_],
-        thickness: Floats | None = None,
-    ):
-        place = {
-            int(entity): (parts, row)
-            for parts, entities in zip(body.parts, body.entities, strict=True)
-            for row, entity in enumerate(entities)
-        }
-        rows: list[Floats] = []
-        scale: list[tuple[float, ...]] = []
-        sections, names = list[int](), tied.names
-        for number in np.flatnonzero(alive[tied.entities].all(axis=1)):
-            count = tied.shares.shape[2]
-            sides = [np.zeros((count, len(drawn))) for _ in range(2)]
-            for side, entity in enumerate(tied.entities[number]):
-                parts, row = place[int(entity)]
-                root = parts.division.corners[tied.roots[number, side]]
-                corners = tied.shares[number, side] @ root
-                middle, inner = corners.mean(axis=0), 0.5 if count == 3 else 3.0**-0.5
-                values = shape_functions(parts.shape, middle + inner * (corners - middle))
-                np.add.at(sides[side], (slice(None), parts.nodes[row]), values)
-                if side == 0:
-                    ends = shape_functions(parts.shape, corners) @ drawn[parts.nodes[row]]
-                    cell = parts.cell[row]
-            if thickness is None:
-                area = np.linalg.norm(np.cross(ends[1] - ends[0], ends[2] - ends[0])) / 6.0
-            else:
-                area = thickness[cell] * np.linalg.norm(ends[1] - ends[0]) / 2.0
-            area *= tied.soft[number]
-            rows.append(sides[0] - sides[1])
-            first, last = tied.first[number], tied.last[number]
-            constants = area * tied.stiffness[number], area * tied.damping[number], first, last
-            scale += [(*constants, float(tied.softens[number]))] * count
-            sections += [int(names[number])] * count
-        self._gaps = sparse.csr_matrix(np.concatenate(rows))
-        self._pull, self._brake, self._first, self._last, self._begun = np.array(scale).T
-        self._sections = np.array(sections)
+    def __init__(self, rows: sparse.csr_matrix, scale: Floats, sections: Indices):
+        self._gaps = rows
+        self._pull, self._brake, self._first, self._last, self._begun = scale
+        self._sections = sections
         tears = np.isfinite(self._first)
         #: Sections that may open, by their names, as entities.
         self.breakable: Indices = np.unique(self._sections[tears])
@@ -150,3 +111,73 @@ class CohesiveTies(ForceFormula):
         fall = np.where(size[tears] < last, -self._pull[tears] * first / (last - first), 0.0)
         found[tears] += (fall[:, None, None] - pull[tears]) * both
         return found
+
+
+class CohesiveTies(TiedPoints):
+    """The ties of a body as a field of forces.
+
+    Args:
+        tied: ``mechanics.tying.TiedSections``, read for places in cells and constants.
+        body: ``mechanics.cut_body.CutBody``, read for the nodes of parts.
+        drawn: Places of all nodes as drawn [m], shape (node, 3).
+        alive: Which entities exist.
+        thickness: Of a wall by the numbers of its drawn triangles [m]; None of a solid.
+    """
+
+    def __init__(
+        self,
+        tied: Any,
+        body: Any,
+        drawn: Floats,
+        alive: NDArray[np.bool_],
+        thickness: Floats | None = None,
+    ):
+        place = {
+            int(entity): (parts, row)
+            for parts, entities in zip(body.parts, body.entities, strict=True)
+            for row, entity in enumerate(entities)
+        }
+        rows: list[Floats] = []
+        scale: list[tuple[float, ...]] = []
+        sections, names = list[int](), tied.names
+        for number in np.flatnonzero(alive[tied.entities].all(axis=1)):
+            count = tied.shares.shape[2]
+            sides = [np.zeros((count, len(drawn))) for _ in range(2)]
+            for side, entity in enumerate(tied.entities[number]):
+                parts, row = place[int(entity)]
+                root = parts.division.corners[tied.roots[number, side]]
+                corners = tied.shares[number, side] @ root
+                middle, inner = corners.mean(axis=0), 0.5 if count == 3 else 3.0**-0.5
+                values = shape_functions(parts.shape, middle + inner * (corners - middle))
+                np.add.at(sides[side], (slice(None), parts.nodes[row]), values)
+                if side == 0:
+                    ends = shape_functions(parts.shape, corners) @ drawn[parts.nodes[row]]
+                    cell = parts.cell[row]
+            if thickness is None:
+                area = np.linalg.norm(np.cross(ends[1] - ends[0], ends[2] - ends[0])) / 6.0
+            else:
+                area = thickness[cell] * np.linalg.norm(ends[1] - ends[0]) / 2.0
+            area *= tied.soft[number]
+            rows.append(sides[0] - sides[1])
+            first, last = tied.first[number], tied.last[number]
+            constants = area * tied.stiffness[number], area * tied.damping[number], first, last
+            scale += [(*constants, float(tied.softens[number]))] * count
+            sections += [int(names[number])] * count
+        gaps = sparse.csr_matrix(np.concatenate(rows))
+        super().__init__(gaps, np.array(scale).T, np.array(sections))
+
+
+class GluedFaces(TiedPoints):
+    """Glue that can come apart, as a field of forces.
+
+    Args:
+        field: ``forces.solids.ties.GlueTies``, read for nodes, weights and constants.
+        count: Number of all nodes.
+    """
+
+    def __init__(self, field: Any, count: int):
+        point, _ = np.indices(field.nodes.shape)
+        at = point.ravel(), field.nodes.ravel()
+        rows = sparse.csr_matrix((field.weights.ravel(), at), shape=(len(field.nodes), count))
+        scale = field.stiffness, field.damping, field.first, field.last, field.softens
+        super().__init__(rows, np.array(scale, dtype=float), field.sections)
