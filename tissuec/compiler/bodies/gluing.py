@@ -219,7 +219,11 @@ def _weights(glue: Glue, network: Network, nodes: Indices, hosts: list[Hosts]) -
 
 
 def edge_and_reach(glue: Glue, position: Floats, hosts: Sequence[Hosts]) -> tuple[float, float]:
-    """Return the length of edges of hosts, and how far what is glued may be from them [m]."""
+    """Return the length of edges of hosts, and how far what is glued may be from them [m].
+
+    Args:
+        position: Of all nodes [m], shape (node, 3).
+    """
     edge = max(float(sizes(position[each.nodes]).mean()) for each in hosts)
     return edge, REACH * edge if glue.reach is None else glue.reach
 
