@@ -117,15 +117,13 @@ def test_uniform_stress_passes_between_elements_of_all_shapes(
     assert misses_even_stress(state, GRADIENTS["all"], moved) < 1e-12 * 20e-3
 
 
-def test_glue_is_a_tenth_as_compliant_as_the_elements_beside_it():
-    """Small tension without contraction: L/E, and 1/k = (h₁ + h₂)/(2 · 10 E), in series."""
-    text = glued(TIED.replace("glue from face to coarse", FIRM.format("coarse")), poisson=0)
-    script = "script { at 0 s: fix left; at 0 s: push right with (1, 0, 0) uN"
-    state = standing(text.replace("script {", script))
+def test_one_stiffness_holds_for_all_of_a_joint():
+    """k = 2 · 10/(h₁/E + h₂/E), with the sizes of both cells, on the whole of the area."""
+    state = standing(glued(TIED.replace("glue from face to coarse", FIRM.format("coarse"))))
     glue = glue_of(state)
-    k = glue.stiffness.sum() / glue.areas.sum()
     assert glue.areas.sum() == pytest.approx(1e-4, rel=1e-12)
-    assert k == pytest.approx(2.0 * 10.0 * 10e3 / (5e-3 + 2.5e-3), rel=1e-12)
+    expected = 2.0 * 10.0 * 10e3 / (5e-3 + 2.5e-3)
+    assert glue.stiffness / glue.areas == pytest.approx(expected, rel=1e-12)
 
 
 # --- peeling ----------------------------------------------------------------------------------
@@ -203,8 +201,9 @@ def test_scipy_finds_the_same_peeling():
 def test_a_run_that_is_resumed_while_it_peels_gives_the_same_bytes():
     text = SMALL.replace("move top by (0, 0, 2.4)", "move top by (1.2, 0, 2.4)")
     text = text.replace("cell = 2 mm", "cell = (2, 3, 3) mm")
-    _, *parts = same_when_resumed(compiled_scene(text), "force of top", 5, 8)
-    assert all(first.state.time > 0.0 for first, _ in parts)
+    _, *parts = same_when_resumed(compiled_scene(text), "force of top", 8, 9)
+    left = [len(glue_of(first.state).nodes) for first, _ in parts]
+    assert 168 > left[0] > left[1] > 0  # of the points
 
 
 @pytest.mark.slow
