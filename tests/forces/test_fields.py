@@ -30,7 +30,7 @@ from tissuec.forces.enclosed.pressure import SurfacePressure, traced_triangle
 from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.pooled_fields import PooledField
 from tissuec.forces.potential_fields import PotentialField
-from tissuec.forces.solids.ties import SofteningTies, Ties
+from tissuec.forces.solids.ties import GlueTies, SofteningTies, Ties
 from tissuec.geometry.nearest import TRIANGLE
 from tissuec.kernels.records import Floats
 from tissuec.mechanics.state import State
@@ -102,11 +102,15 @@ def tied(kind=Ties, **more):
     return Example(found, chance.uniform(size=(16, 3)), 1.0)
 
 
-def torn():
+def torn(kind=SofteningTies, **more):
     return tied(
-        SofteningTies, first=np.full(5, 0.1), last=np.full(5, 2.0),
-        sections=np.zeros(5, dtype=np.int64), softens=np.zeros(5, dtype=bool),
+        kind, first=np.full(5, 0.1), last=np.full(5, 2.0),
+        sections=np.zeros(5, dtype=np.int64), softens=np.zeros(5, dtype=bool), **more,
     )  # fmt: skip
+
+
+def glued():
+    return torn(GlueTies, elements=np.zeros(5, dtype=np.int64), areas=np.ones(5))
 
 
 def touching():
@@ -165,6 +169,7 @@ POTENTIALS = {
     "foundation": lambda: on_some("foundation", 30.0, 0.4),
     "tied": tied,
     "torn": torn,
+    "glued": glued,
 }
 FIELDS = {
     "enclosed": enclosed,
