@@ -295,10 +295,8 @@ def _points(
 
 def _faces_of_bodies(network: Network, rows: Indices, parts: PartTriangles) -> Indices:
     """Return a triangle with points of the body of each part, -1 without any, (part,)."""
-    nodes = np.array([int(body.nodes.stop) for body in network.bodies])
-    owner = np.searchsorted(nodes, network.skin[rows, 0], side="right")
-    found = np.full(len(nodes), -1)
-    found[owner[::-1]] = np.arange(len(rows))[::-1]
+    found = np.full(len(network.bodies), -1)
+    found[network.body_numbers(network.skin[rows, 0])[::-1]] = np.arange(len(rows))[::-1]
     return found[_bodies_of(network, parts)]
 
 
@@ -328,7 +326,7 @@ def _hardness(
     size, firm, ease = np.zeros((3, network.entity_count))
     matter = np.zeros(network.node_count)
     for one in network.elements:
-        np.add.at(matter, one.nodes, one.node_volumes)
+        matter += np.bincount(one.nodes.ravel(), one.node_volumes.ravel(), len(matter))
     for one in network.elements:
         size[one.walls] = np.cbrt(one.weights.sum(axis=1))
         firm[one.walls] = plane_modulus(one.shear, one.bulk_modulus)

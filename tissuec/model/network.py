@@ -464,6 +464,15 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         """Return a body by its name."""
         return next(body for body in self.bodies if body.name == name)
 
+    def body_numbers(self, nodes: Indices) -> Indices:
+        """Return the numbers of the bodies of some nodes, in the shape of these.
+
+        Args:
+            nodes: Of bodies, shape (…).
+        """
+        ends = np.array([body.nodes.stop for body in self.bodies])
+        return np.searchsorted(ends, nodes, side="right")
+
     def body_at(self, node: int) -> BodyPart:
         """Return the body of one of the ``body_nodes``."""
         return next(body for body in self.bodies if node < body.nodes.stop)
@@ -554,9 +563,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
         The shape is (pair, 2).
         """
-        starts = np.array([body.nodes.start for body in self.bodies])
-        owner = np.searchsorted(starts, self.glued_ends, side="right") - 1
-        return np.unique(owner, axis=0)
+        return np.unique(self.body_numbers(self.glued_ends), axis=0)
 
     def are_joined(self, one: BodyPart, other: BodyPart) -> bool:
         """Return whether springs of joints lead from one body to another, or glue does."""

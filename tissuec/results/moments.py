@@ -245,7 +245,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         """
         network, sides = self.trajectory.network, self.trajectory.sides
         chosen = self.sides[self.sides >= 0].tolist()
-        body = next(body for body in network.bodies if body.name == series.name)
+        body = network.body_named(series.name)
         rows = np.arange(network.node_count)[body.nodes]
         shown = np.isin(rows, self.trajectory.nodes)
         if not chosen or not shown.all():

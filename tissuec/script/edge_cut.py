@@ -107,7 +107,7 @@ class EdgeCut(Struct, frozen=True, eq=False):
 
     def lines_within(self, network: Network) -> Indices:
         """Return the edges that it may cut, shape (n,)."""
-        body = next(each for each in network.bodies if each.name == self.body)
+        body = network.body_named(self.body)
         return numbers_in(body.lines)
 
     @property

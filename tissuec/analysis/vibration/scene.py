@@ -197,7 +197,7 @@ def _frames(
 def _amplitude(network: Network, mode: Mode) -> float:
     """Return A for a shape [m kg^½]."""
     most = max(mode.shares, key=lambda name: mode.shares[name])
-    body = next(body for body in network.bodies if body.name == most)
+    body = network.body_named(most)
     size = topology.extents(network.position[body.nodes]).diagonal
     size = size or network.extent or 1.0  # a node alone has none
     return AMPLITUDE * size / float(np.sqrt((mode.shape**2).sum(axis=1).max()))

@@ -289,7 +289,7 @@ def _refuse_bodies(
     glue: Glue, network: Network, group: Group, place: Span, findings: Findings
 ) -> None:
     """Reject sets of bodies whose faces cannot come off."""
-    for owner in np.unique(_owners(network, group.indices)).tolist():
+    for owner in np.unique(network.body_numbers(group.indices)).tolist():
         body = network.bodies[owner]
         if not body.is_made_of_elements or body.is_wall:
             findings.reject(
@@ -343,18 +343,12 @@ def _refuse_twice(
             _reject_second(glue, other.name, findings)
     firm = np.zeros((network.node_count, len(network.bodies)), dtype=bool)
     if (embedding := network.embedding) is not None:
-        firm[embedding.nodes[embedding.owners], _owners(network, embedding.hosts)] = True
+        firm[embedding.nodes[embedding.owners], network.body_numbers(embedding.hosts)] = True
     for side in (0, 1):
-        other = _owners(network, parts.nodes[:, 1 - side, :1])
+        other = network.body_numbers(parts.nodes[:, 1 - side, :1])
         follows = firm[parts.nodes[:, side], other] | (parts.weights[:, side] == 0.0)
         if follows.all(axis=1).any():
             _reject_second(glue, "other glue", findings)
-
-
-def _owners(network: Network, nodes: Indices) -> Indices:
-    """Return the numbers of the bodies of some nodes, shape of ``nodes``."""
-    starts = np.array([body.nodes.start for body in network.bodies])
-    return np.asarray(np.searchsorted(starts, nodes, side="right") - 1)
 
 
 def _reject_second(glue: Glue, other: str, findings: Findings) -> None:

@@ -212,7 +212,8 @@ class _Touchable(NamedTuple):
 
 def _touchable(network: Network, points: FacePoints | None, findings: Findings) -> _Touchable:
     refuse_nodes(network, points, findings)
-    nodes, owner, size = np.arange(network.body_nodes), _owners(network), _sizes(network)
+    nodes, size = np.arange(network.body_nodes), _sizes(network)
+    owner = network.body_numbers(nodes)
     if points is None:
         return _Touchable(nodes, owner, size)
     behind = network.node_count + np.arange(len(points.owner))
@@ -236,10 +237,10 @@ def _with_points(
 
     of_tools, of_threads, of_skins = parts
     shapes, bodies = len(of_tools.kind), len(network.bodies)
-    skins = shapes + bodies + _owners(network)[of_skins.points[:, 0]]
+    skins = shapes + bodies + network.body_numbers(of_skins.points[:, 0])
     skins[are_mirrored(network)[: len(skins)]] = shapes + 2 * bodies
     of = np.concatenate([np.arange(shapes), shapes + of_threads.spared, skins])
-    group = np.append(_owners(network), points.group(bodies))
+    group = np.append(network.body_numbers(np.arange(network.body_nodes)), points.group(bodies))
     return replace(
         contact,
         stiffness=np.append(contact.stiffness, stiffness),
@@ -342,7 +343,7 @@ def _of_skins(
                     thickness[number] = max(usual, float(apart.max()))
     elif not threaded:
         skin = skin[:0]
-    owner = _owners(network)[skin[:, 0]]
+    owner = network.body_numbers(skin[:, 0])
     return Faces(
         kind=np.full(len(skin), TRIANGLE),
         points=skin,
@@ -363,7 +364,7 @@ def _sides(faces: Faces) -> Indices:
 def _sizes(network: Network) -> Floats:
     """Return the radius of the thread that each node of a body belongs to, else 0 [m]."""
     radii = [0.0 if body.thread is None else body.thread.radius for body in network.bodies]
-    return np.array(radii, dtype=float)[_owners(network)]
+    return np.array(radii, dtype=float)[network.body_numbers(np.arange(network.body_nodes))]
 
 
 def _joined(network: Network, law: EnvironmentEntries) -> Indices:
@@ -471,12 +472,6 @@ def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") 
     if is_thread.any() and not (of_tool | of_skin).any():
         return f"{what}, or write a smaller thickness of the thread"
     return what
-
-
-def _owners(network: Network) -> Indices:
-    """Return the body of each node of a body, shape (node,)."""
-    sizes = [part.nodes.stop - part.nodes.start for part in network.bodies]
-    return np.repeat(np.arange(len(sizes)), sizes)
 
 
 def _mean_length(network: Network) -> float:

@@ -639,7 +639,7 @@ def refuse_nodes(network: Network, points: FacePoints | None, findings: Findings
     """Reject solids that the script cuts, but whose nodes touch instead of their faces."""
     faced = [] if points is None else [network.bodies[n].name for n in points.bodies.tolist()]
     for part in network.phantoms:
-        body = next(each for each in network.bodies if each.name == part.body)
+        body = network.body_named(part.body)
         if part.body not in faced and len(network.skin_of(body)):
             findings.reject(
                 "TIS306",
