@@ -342,7 +342,6 @@ class _BodyReader:
                 "or bending = 20 %",
             )
         self._refuse_faces()
-        self._refuse_interfaces()
         if SECOND_FIBRES in self.once:
             self.findings.add(
                 "TIS306",
@@ -362,7 +361,10 @@ class _BodyReader:
             )
 
     def _refuse_faces(self) -> None:
-        """Report ``rupture by faces`` in a body without elements that can be divided."""
+        """Report what needs elements with faces that come apart in a body without such.
+
+        This is ``rupture by faces``, and interfaces with a toughness.
+        """
         if self.rest.get("rupture") == "by faces":
             place = self.once["rupture"]
             self.findings.add(
@@ -371,9 +373,6 @@ class _BodyReader:
                 place,
                 hint=Hint("write rupture is allowed", Edit("rupture is allowed", place)),
             )
-
-    def _refuse_interfaces(self) -> None:
-        """Report interfaces with a toughness in a body whose elements cannot come apart."""
         for one in self.parts.interfaces:
             self.findings.add(
                 "TIS306",
@@ -403,7 +402,6 @@ class _BodyReader:
         wall = is_wall(self.mesh)
         if wall or made.is_quadratic:
             self._refuse_faces()
-            self._refuse_interfaces()
         elif self.parts.interfaces and self.rest.get("rupture") in ("allowed", "by toughness"):
             place = self.once["rupture"]
             self.findings.add(
