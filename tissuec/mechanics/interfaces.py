@@ -32,7 +32,7 @@ def part_interfaces(state: "State") -> None:
         for body in state.network.bodies
         for number in range(len(body.interfaces))
     ]
-    state.twins = np.concatenate(found, axis=1)
+    state.interface_nodes = np.concatenate(found, axis=1)
 
 
 def _parted(state: "State", body: BodyPart, number: int) -> Indices:

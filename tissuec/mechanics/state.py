@@ -107,8 +107,8 @@ class State(Struct, eq=False):
         blades: Ways of blades that close through elements, by sentence and time.
         cut_bodies: Bodies that blades have divided, ``cut_body.CutBody`` by their names.
         tears: Tears of solids, ``tearing.Tears`` by their names.
-        twins: Nodes that interfaces have on their other side, and the drawn nodes that they are
-            copies of, shape (2, n); None without interfaces.
+        interface_nodes: Nodes that interfaces have on their other side, and the drawn nodes
+            that they are copies of, shape (2, n); None without interfaces.
         tied: Sections of cuts that are tied, ``tying.TiedSections`` by the names of bodies.
         shares: Of what the drawn node has, mass and drag, that each of its copies has, shape
             (node,); None without phantoms, which have none before a cut.
@@ -158,7 +158,7 @@ class State(Struct, eq=False):
     tied: dict[str, Any] = field(default_factory=dict[str, Any])
     riders: Indices | None = None
     tears: dict[str, Any] = field(default_factory=dict[str, Any])
-    twins: Indices | None = None
+    interface_nodes: Indices | None = None
 
     @classmethod
     def start(cls, network: Network, *, gravity: Floats, drag: float) -> "State":
@@ -404,9 +404,9 @@ class State(Struct, eq=False):
             return nodes
         parents = self.network.parents
         are_copies = parents != np.arange(len(parents))
-        if self.twins is not None:
-            nodes = self._on_own_sides(nodes, self.twins)
-            are_copies[self.twins[0]] = False
+        if self.interface_nodes is not None:
+            nodes = self._on_own_sides(nodes, *self.interface_nodes)
+            are_copies[self.interface_nodes[0]] = False
         chosen = np.zeros(len(parents), dtype=bool)
         chosen[nodes] = True
         found = chosen.copy()
@@ -418,17 +418,16 @@ class State(Struct, eq=False):
             found[beside[are_copies[beside] & belongs[parents[beside]]]] = True
         return np.flatnonzero(found)
 
-    def _on_own_sides(self, nodes: Indices, twins: Indices) -> Indices:
+    def _on_own_sides(self, nodes: Indices, copies: Indices, drawn: Indices) -> Indices:
         """Return nodes with those of interfaces that belong to them; see ``with_copies``.
 
         Args:
             nodes: As drawn, or with copies, shape (n,).
-            twins: See ``State``.
+            copies, drawn: Rows of ``interface_nodes``, shape (m,) each.
         """
         parents = self.network.parents
         chosen, filled, is_known, fills = np.zeros((4, len(parents)), dtype=bool)
         chosen[nodes] = True
-        copies, drawn = twins
         is_known[drawn[chosen[copies]]] = True  # a set that has copies is complete
         own = chosen[drawn] & ~is_known[drawn]
         members = np.concatenate([np.unique(drawn[own]), copies[own]])
