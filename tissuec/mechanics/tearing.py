@@ -10,14 +10,14 @@ surface keeps the heights of the nodes of that face, and its other nodes get
 p being the mean of the points in which the surface meets the edges of the face, and n the
 direction of the largest principal stretch of the mean of C = FᵀF over whole elements around it,
 weighted by V exp(-r²/2(``AROUND`` h)²). So tears do not follow the mesh. If a smaller principal
-stretch has tension across it, within ``STRAIGHT`` of the normal that the surface has, the tear
-goes on across that one: then nothing shears its faces, and tension along them, as in arms that
-are peeled off, does not turn a tear (local symmetry: R. V. Goldstein, R. L. Salganik, Int. J.
-Fract. 10:507, 1974). Elements ahead of ties that soften are divided as soon as they bear
-``AHEAD`` of their strength, up to ``REACH`` elements away: a whole element would keep the tear
-closed at its face. (Cohesive segments: J. J. C. Remmers, R. de Borst, A. Needleman, Comput.
-Mech. 31:69, 2003; heights and limits were measured for this program.) Where tissue has a
-strength or a breaking strain alone, faces are free at once.
+stretch has tension across it and lies within ``STRAIGHT`` of the normal of the surface, the
+tear continues across that one: nothing shears its faces then, and tension along them, as in
+arms that are peeled off, does not turn it (local symmetry: R. V. Goldstein, R. L. Salganik,
+Int. J. Fract. 10:507, 1974). Elements ahead of ties that soften are divided as soon as they
+bear ``AHEAD`` of their strength, up to ``REACH`` elements away: a whole element would keep the
+tear closed at its face. (Cohesive segments: J. J. C. Remmers, R. de Borst, A. Needleman,
+Comput. Mech. 31:69, 2003; heights and limits were measured for this program.) Where tissue has
+a strength or a breaking strain alone, faces are free at once.
 """
 
 from typing import TYPE_CHECKING
@@ -45,7 +45,8 @@ AHEAD, REACH, AROUND = 0.5, 2.5, 1.5
 #: Factor of the strength at which an element with toughness tears if no surface enters it.
 ALONE = 2.0
 BESIDE = 1.2  # of the size of an element: sections this near to one that softens do so, too
-#: Cosine of the angle within which a tear goes on across a stretch that is not the largest.
+#: Cosine of the largest angle between the normal of a surface and a stretch, not the largest
+#: one, across which the tear continues.
 STRAIGHT = float(np.cos(np.deg2rad(15.0)))
 BEND = 2.0  # of the size of an element: nodes this near to a place give the normal there
 TEAR = "tear"  # name of all tears of a body as a cut

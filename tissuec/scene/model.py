@@ -252,7 +252,7 @@ class RegionInterface(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """Return what messages call it: from one region to the other."""
+        """Return the name in messages, such as "from wall to pad"."""
         first, second = (side.text for side in self.sides)
         return f"from {first} to {second}"
 

@@ -246,7 +246,7 @@ def _tied_on(
     heights: Floats,
     plain: Floats,
 ) -> tuple[Floats, Floats, Floats]:
-    """Return what of a blade lies in sections of a solid that are tied already.
+    """Return the tied sections of a solid that lie in a blade.
 
     Args:
         body: Its name.
@@ -296,7 +296,7 @@ def continued(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
 
 
 def along_interfaces(tied: TiedSections, body: CutBody, heights: Floats) -> Floats:
-    """Return heights above a blade that goes along the interfaces that are close to it.
+    """Return heights above a blade, 0 at nodes of interfaces that are close to it.
 
     Args:
         body: Elements that exist.
