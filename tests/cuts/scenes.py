@@ -22,6 +22,17 @@ SHEET = (
 TUBE = "tube { axis from (0, 5, 5) mm to (20, 5, 5) mm; radius = 5 mm; rings = 8; sides = 10 }"
 #: A cut that a run never comes to, for the reserve of cuts that a test makes by itself.
 UNUSED = "at 0.9 s: cut block along plane through (1, 0, 0) m facing (1, 0, 0)\n"
+#: A plane of symmetry along two arms of 4 mm that are pulled apart; see ``peel_of_arms``.
+ALONG_ARMS = """environment {
+  gravity = (0, 0, 0) m/s^2; mass damping = 2.5 Hz
+  symmetric about plane through (0, 0, 0) mm facing (0, 1, 0)
+}
+"""
+PULLED = """  from 0 s to 1 s: move top by (0, 0, 16) mm using constant speed
+}
+simulate { duration = 1 s; tolerance = 1e-4 }
+output { force of top every 5 ms; energy every 5 ms }
+"""
 END = "simulate { duration = 1 s }\n"
 
 
@@ -80,6 +91,19 @@ def tied_area(state, body):
     if (tied := state.tied.get(body)) is None:
         return 0.0
     return tied.areas(state.network, body, state.cut_bodies[body]).sum()
+
+
+def peel_of_arms(played):
+    """Return the mean of √G over some elements that open, from the force of two arms.
+
+    Double cantilevers of the width w: G = P² a²/(w² E I), the opening is 2 P a³/(3 w E I). The
+    length a follows from the opening, since the ends of the beams turn.
+    """
+    stiff, width = 100e3 * 4e-3**3 / 12.0, 4e-3
+    time, force = played.log("force of top")
+    opening, pull = 16e-3 * time[time > 0.65], force[time > 0.65, 2] / width
+    length = np.cbrt(1.5 * stiff * opening / pull)
+    return (pull * length).mean() / np.sqrt(stiff)
 
 
 def cut_faces(state):

@@ -98,17 +98,22 @@ def test_a_tear_through_the_whole_mesh_leaves_two_pieces():
     assert len(np.unique(number)) == 2
 
 
-def test_faces_take_the_toughness_as_they_open():
-    """Traction times opening, from 0 to the opening at which they are free, is G per area."""
-    state = plate()
+def one_point(state):
+    """Return a point of a tear, and displacements of nodes [m] that open it by 1 m."""
     (field,) = state.of_kind("ties")
     own = field.only(np.flatnonzero(field.first < FAR)[:1])
     half = own.nodes.shape[1] // 2
     only = np.setdiff1d(own.nodes[0, :half], own.nodes[0, half:])
     way = np.zeros_like(state.position)
-    weight = own.weights[0, np.isin(own.nodes[0], only)].sum()
-    way[only] = [0.0, 1.0 / weight, 0.0]
-    last, first = own.last[0], own.first[0]
+    way[only] = [0.0, 1.0 / own.weights[0, np.isin(own.nodes[0], only)].sum(), 0.0]
+    return own, way
+
+
+def test_faces_take_the_toughness_as_they_open():
+    """Traction times opening, from 0 to the opening at which they are free, is G per area."""
+    state = plate()
+    own, way = one_point(state)
+    first, last = own.first[0], own.last[0]
     knots = np.concatenate([np.linspace(0, first, 41), np.linspace(first, last, 401)[1:]])
     still, work, stored = np.zeros_like(state.velocity), [], []
     for opening in knots:
@@ -138,12 +143,7 @@ def test_viscosity_hardly_resists_faces_that_open():
     far larger.
     """
     state = plate()
-    (field,) = state.of_kind("ties")
-    own = field.only(np.flatnonzero(field.first < FAR)[:1])
-    half = own.nodes.shape[1] // 2
-    only = np.setdiff1d(own.nodes[0, :half], own.nodes[0, half:])
-    way = np.zeros_like(state.position)
-    way[only] = [0.0, 1.0 / own.weights[0, np.isin(own.nodes[0], only)].sum(), 0.0]
+    own, way = one_point(state)
     first, last = own.first[0], own.last[0]
     knots = np.concatenate([np.linspace(0, first, 3), np.geomspace(first, last, 401)[1:]])
     power = []
