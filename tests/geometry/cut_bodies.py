@@ -11,12 +11,17 @@ from tissuec.core.structs import replace
 from tissuec.geometry.cut_cells.cutting import cut
 from tissuec.geometry.cut_cells.joining import free_faces, part_faces
 from tissuec.geometry.cut_cells.parts import CellParts, PieceFaces
-from tissuec.geometry.cut_cells.quadrature import PartMoments, measures, part_centroids
+from tissuec.geometry.cut_cells.quadrature import (
+    PartMoments,
+    linear_functions,
+    measures,
+    part_centroids,
+)
 from tissuec.geometry.elements import MIDDLES
 from tissuec.geometry.natural_coordinates import functions
 from tissuec.model.topology import pieces
 
-SHAPES = ("hexahedron", "wedge", "tetrahedron")
+SHAPES = ("hexahedron", "quadratic hexahedron", "wedge", "tetrahedron")
 
 
 class Body(NamedTuple):
@@ -155,14 +160,19 @@ def skin(body):
 
 
 def stiffness(body, lame=1.5, shear=1.0):
-    """Return matrices of linear elements of mean volume, shape (part, node, 3, node, 3)."""
+    """Return matrices of linear elements, shape (part, node, 3, node, 3).
+
+    Volumes are means, or linear in hexahedra with 27 nodes.
+    """
     found = body.measures
     steep, weight = found.gradients, found.volume
     full = np.einsum("pq,pqax,pqbx->pab", weight, steep, steep, optimize=True)
     matrix = shear * np.einsum("pab,xy->paxby", full, np.eye(3))
     matrix += shear * np.einsum("pq,pqay,pqbx->paxby", weight, steep, steep, optimize=True)
-    mean = np.einsum("pq,pqax->pax", weight, steep)
-    return matrix + lame * np.einsum("p,pax,pby->paxby", 1.0 / weight.sum(axis=1), mean, mean)
+    linear = linear_functions(body.parts.shape)
+    swell = np.einsum("pq,qk,pqax->pkax", weight, linear, steep, optimize=True)
+    firm = lame / weight.sum(axis=1)
+    return matrix + np.einsum("p,pkax,pkby->paxby", firm, swell, swell, optimize=True)
 
 
 def assembled(body, matrices):
@@ -184,7 +194,7 @@ def surface_loads(body, cut_triangles, stress, side):
         stress: On that side, shape (part, 3, 3).
         side: 0 in front, 1 behind.
     """
-    line, weight = np.polynomial.legendre.leggauss(7)
+    line, weight = np.polynomial.legendre.leggauss(9)  # curved cells need a degree of 16
     r, w = 0.5 * (1.0 + line), 0.5 * weight
     a, b = np.meshgrid(r, r, indexing="ij")
     points = np.stack([(1.0 - a) * (1.0 - b), a, (1.0 - a) * b], axis=2).reshape(-1, 3)

@@ -20,13 +20,27 @@ from tissuec.geometry.cut_cells.roots import DIVISIONS, CellRoots
 EXACT = 1e-12
 BODIES = {
     "hexahedra": lambda: Body.cube("hexahedron"),
+    "quadratic hexahedra": lambda: Body.cube("quadratic hexahedron", 3),
     "wedges": lambda: Body.cube("wedge"),
     "tetrahedra": lambda: Body.random(),
 }
 DISTORTED = {
     "hexahedra": lambda: Body.cube("hexahedron", 3, displaced=0.2),
+    "quadratic hexahedra": lambda: Body.cube("quadratic hexahedron", 2, displaced=0.2),
+    "curved hexahedra": lambda: curved(2),
     "wedges": lambda: Body.cube("wedge", 2, displaced=0.2),
 }
+
+
+def curved(cells):
+    """Return a cube of hexahedra with 27 nodes, whose inner edges and faces are curved."""
+    body = Body.cube("quadratic hexahedron", cells)
+    x, y, z = 2.0 * np.pi * body.position.T
+    bulge = np.prod(np.sin(0.5 * np.array([x, y, z])), axis=0)
+    moved = np.stack([np.sin(x + 2.0 * y), np.sin(y + 3.0 * z), np.cos(z + x)], axis=1)
+    return Body.of(
+        "quadratic hexahedron", body.position + 0.05 * bulge[:, None] * moved, body.parts.nodes
+    )
 
 
 def renumbered(body, seed=2):

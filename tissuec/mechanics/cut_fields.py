@@ -65,9 +65,9 @@ def field_of(
         from tissuec.forces.surfaces.cut_membranes import CutMembranes
 
         return CutMembranes.parts_of(field, parts.cell, parts.nodes, parts.fractions, entities)
-    from tissuec.forces.solids.cut_elements import CutElements
+    from tissuec.forces.solids.cut_elements import parts_of
 
-    return CutElements.parts_of(field, parts.cell, parts.nodes, measured, entities)
+    return parts_of(field, parts.cell, parts.nodes, measured, entities)
 
 
 def facet_areas(

@@ -24,9 +24,12 @@ if TYPE_CHECKING:
 #: makes two parts there, or three where one side is in two pieces.
 MOST = 3
 _PARTS = 2  # of a cell that a blade divides
-#: Shapes that blades divide, and riders for each element that the worst plane crosses; random
-#: blades need up to 8.3 in hexahedra.
-_RIDERS = {"hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0, "triangle": 4.0}
+#: Riders for each element that the worst plane crosses; random blades need up to 8.3 in
+#: hexahedra.
+_RIDERS = {
+    "hexahedron": 12.0, "quadratic hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0,
+    "triangle": 4.0,
+}  # fmt: skip
 FEW = 60  # in addition: parts of small bodies share few points
 #: Planes by which the largest section of a body is estimated: along faces, edges and corners
 #: of a cube.
@@ -55,12 +58,11 @@ def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
 
     Interfaces come first: each of the nodes that they make may be cut.
 
-    Quadratic hexahedra, and elements that can break other than by faces, are removed where they
-    are cut.
+    Elements that can break other than by faces are removed where they are cut.
     """
     fields, tears = body.elements, body.body.tears_by_faces
     breaks = any(one.limits is not None for one in fields) and not tears
-    if breaks or any(one.cell_shape not in _RIDERS for one in fields):
+    if breaks:
         return NO_RESERVE
     of_each = 1 + 2 ** min(cuts, MOST) if cuts else 1
     copies = ((1 + body.parting.copies) * of_each - 1) * len(body.mesh.position)

@@ -247,7 +247,7 @@ class SolidElements(PointField, frozen=True):
 
     @property
     def cell_shape(self) -> str:
-        """Return the name of their shape, which ``cut_cells.roots.DIVISIONS`` may not have."""
+        """Return the name of their shape."""
         return self.shape.name
 
     @property

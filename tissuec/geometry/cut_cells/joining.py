@@ -39,7 +39,7 @@ class PartFaces(Struct, frozen=True, eq=False):
         faces: Of their cells, in the order of ``roots.DIVISIONS``, shape (pair, 2).
         fraction: Of the face that both have, in natural coordinates, shape (pair,).
         nodes: Of the face among those of both cells, corresponding ones, padded by -1, shape
-            (pair, 2, 6).
+            (pair, 2, 9).
     """
 
     parts: Indices
@@ -133,7 +133,7 @@ def _summed(found: Overlaps) -> tuple[Indices, Indices, Floats]:
 
 
 def _face_nodes(groups: Sequence[CellParts], parts: Indices, faces: Indices) -> Indices:
-    """Return corresponding nodes of faces of both cells, padded by -1, shape (pair, 2, 6)."""
+    """Return corresponding nodes of faces of both cells, padded by -1, shape (pair, 2, 9)."""
     found = np.full((*parts.shape, MOST_ON_FACE), -1)
     for k, (low, high) in enumerate(
         zip(offsets(groups)[:-1], offsets(groups)[1:], strict=True)

@@ -5,15 +5,16 @@ not change in a cut, and in linear simplices the stable step does not, either (T
 J. Réthoré, N. Moës, A. Combescure, H. Bung, Int. J. Numer. Meth. Eng. 74:447, 2008).
 
 In a tetrahedron with ten nodes, the largest eigenvalue of a small part alone may be up to 16
-times that of its cell. It then takes volume over from parts of the cell that can spare some, so
-that no excess is above ``MOST``, or, if that cannot be, so that all are equal. Masses of places
-stay what they are.
+times that of its cell, and in a hexahedron with 27 nodes XX times. It then takes volume over
+from parts of the cell that can spare some, so that no excess is above ``MOST``, or, if that
+cannot be, so that all are equal. Masses of places stay what they are.
 """
 
 import numpy as np
 
 from tissuec.core.arrays import distinct
 from tissuec.geometry.cut_cells.parts import CellParts
+from tissuec.geometry.cut_cells.quadrature import linear_functions
 from tissuec.geometry.elements import SHAPES, Measures
 from tissuec.model.network import Floats, Indices
 
@@ -32,14 +33,14 @@ def node_volumes(parts: CellParts, corners: Floats, measured: Measures, bulk: Fl
     """
     shape = SHAPES[parts.shape]
     volume = measured.volume.sum(axis=1)
-    share = shape.lumped.mean(axis=0)
+    share = shape.weights @ shape.lumped / shape.weights.sum()
     own = np.flatnonzero(~parts.are_whole)
-    if parts.shape == "tetrahedron" and len(own):
+    if shape.nodes > len(parts.division.corners) and len(own):
         volume = volume.copy()
         part = Measures(measured.gradients[own], measured.volume[own])
         cell = Measures.of(shape, corners[own])
-        excess = _largest(part, share, bulk[own], shape.local)
-        excess /= _largest(cell, share, bulk[own], shape.local)
+        given = share, bulk[own], shape.local, linear_functions(parts.shape)
+        excess = _largest(part, *given) / _largest(cell, *given)
         number = np.searchsorted(distinct(parts.cell[own]), parts.cell[own])
         volume[own] = _evened(volume[own], excess, number)
     return volume[:, None] * share
@@ -56,7 +57,9 @@ def _evened(volume: Floats, excess: Floats, cell: Indices) -> Floats:
     return np.where(lacks > slacks, scale[cell] * needed, volume + lack - part * slack)
 
 
-def _largest(measured: Measures, share: Floats, bulk: Floats, local: float) -> Floats:
+def _largest(
+    measured: Measures, share: Floats, bulk: Floats, local: float, linear: Floats
+) -> Floats:
     """Return the largest eigenvalues of parts of unit density and shear modulus, (part,)."""
     steep, weight = measured.gradients, measured.volume
     count = steep.shape[2]
@@ -66,9 +69,9 @@ def _largest(measured: Measures, share: Floats, bulk: Floats, local: float) -> F
     stiff += np.einsum("pq,pqay,pqbx->paxby", weight, steep, steep, optimize=True)
     factor = weight * (near - 2.0 / 3.0)[:, None]
     stiff += np.einsum("pq,pqax,pqby->paxby", factor, steep, steep, optimize=True)
-    mean = np.einsum("pq,pqax->pax", weight, steep)
+    swell = np.einsum("pq,qk,pqax->pkax", weight, linear, steep, optimize=True)
     far = (bulk - near) / weight.sum(axis=1)
-    stiff += np.einsum("p,pax,pby->paxby", far, mean, mean)
+    stiff += np.einsum("p,pkax,pkby->paxby", far, swell, swell, optimize=True)
     size = np.sqrt(weight.sum(axis=1)[:, None] * np.repeat(share, 3))
     scaled = stiff.reshape(-1, 3 * count, 3 * count) / size[:, :, None] / size[:, None, :]
     return np.asarray(np.linalg.eigvalsh(scaled)[:, -1], dtype=float)

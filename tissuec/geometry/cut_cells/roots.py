@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 from msgspec import Struct
 
-from tissuec.geometry.elements import CUBE, MIDDLES
+from tissuec.geometry.elements import CUBE, CUBE_27, MIDDLES
 from tissuec.model.network import Floats, Indices
 
 _QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -24,7 +24,8 @@ _PRISM = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
 _SIMPLEX = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 _TRIANGLE = ((1, 2), (2, 0), (0, 1))
 _FLAT = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-MOST_ON_FACE = 6  # nodes
+_CORNERS = np.vstack([np.zeros(3), np.eye(3)])
+MOST_ON_FACE = 9  # nodes
 
 
 class CellDivision(Struct, frozen=True, eq=False):
@@ -34,18 +35,20 @@ class CellDivision(Struct, frozen=True, eq=False):
         shape: Name of it.
         corners: Natural coordinates of the corners, which are the first nodes, shape
             (corner, dimension).
+        places: The same of all nodes, shape (node, dimension).
         volume: Content in natural coordinates, of triangles an area.
         count: Of roots in a cell.
         faces: Corners of each, padded by -1, shape (face, 4): in turn as seen from outside;
             those of a triangle are edges, with the triangle on their left.
-        face_nodes: All nodes of each, padded by -1, shape (face, 6).
-        edges: Their ends, those of a tetrahedron as in ``elements.MIDDLES``, shape (edge, 2).
+        face_nodes: All nodes of each, padded by -1, shape (face, 9).
+        edges: Their ends, in the order of the nodes in their middles, shape (edge, 2).
         face_of: The face that contains a set of corners, by the sum of 2 to the power of each
             of them; -1 if none does. As many as a root has in a face are in one face at most.
     """
 
     shape: str
     corners: Floats
+    places: Floats
     volume: float
     count: int
     faces: Indices
@@ -61,6 +64,7 @@ class CellDivision(Struct, frozen=True, eq=False):
         volume: float,
         count: int,
         faces: tuple[tuple[int, ...], ...],
+        middles: Floats | None = None,
     ) -> "CellDivision":
         """Return the division of a shape.
 
@@ -70,24 +74,32 @@ class CellDivision(Struct, frozen=True, eq=False):
             volume: Content in natural coordinates.
             count: Of roots in a cell.
             faces: Corners of each, see above.
+            middles: Natural coordinates of nodes behind the corners, the first of which are in
+                the middles of edges, shape (node, dimension).
         """
+        places = corners if middles is None else np.concatenate([corners, middles])
         nodes = np.full((len(faces), MOST_ON_FACE), -1)
         ends = np.full((len(faces), 4), -1)
         face_of = np.full(2 ** len(corners), -1)
         for k, face in enumerate(faces):
-            nodes[k, : len(face)] = ends[k, : len(face)] = face
-            if shape == "tetrahedron":
-                nodes[k, 3:] = 4 + np.flatnonzero(np.isin(MIDDLES, face).all(axis=1))
+            ends[k, : len(face)] = face
+            own = [*face]
+            if middles is not None:
+                a, b, c = corners[list(face[:3])]
+                high = (middles - a) @ np.cross(b - a, c - a)
+                own += (len(corners) + np.flatnonzero(np.abs(high) < 1e-12)).tolist()
+            nodes[k, : len(own)] = own
             for size in range(corners.shape[1], len(face) + 1):
                 for some in combinations(face, size):
                     face_of[sum(1 << corner for corner in some)] = k
-        edges = MIDDLES
-        if shape != "tetrahedron":
-            sides = {
-                frozenset((a, b)) for f in faces for a, b in zip(f, f[1:] + f[:1], strict=True)
-            }
-            edges = np.array(sorted(sorted(side) for side in sides))
-        return cls(shape, corners, volume, count, ends, nodes, edges, face_of)
+        sides = {
+            frozenset((a, b)) for f in faces for a, b in zip(f, f[1:] + f[:1], strict=True)
+        }
+        edges = np.array(sorted(sorted(side) for side in sides))
+        if middles is not None:
+            away = places - corners[edges].mean(axis=1)[:, None]
+            edges = edges[np.argsort(np.abs(away).sum(axis=2).argmin(axis=1))]
+        return cls(shape, corners, places, volume, count, ends, nodes, edges, face_of)
 
     @property
     def dimension(self) -> int:
@@ -104,13 +116,16 @@ DIVISIONS = {
     each.shape: each
     for each in (
         CellDivision.of("hexahedron", CUBE, 8.0, 6, _QUADS),
+        CellDivision.of("quadratic hexahedron", CUBE, 8.0, 6, _QUADS, CUBE_27[8:]),
         CellDivision.of(
             "wedge",
             np.vstack([np.column_stack([_FLAT, np.full(3, z)]) for z in (-1.0, 1.0)]),
             1.0, 3, _PRISM,
         ),
         CellDivision.of("triangle", _FLAT, 0.5, 1, _TRIANGLE),
-        CellDivision.of("tetrahedron", np.vstack([np.zeros(3), np.eye(3)]), 1 / 6, 1, _SIMPLEX),
+        CellDivision.of(
+            "tetrahedron", _CORNERS, 1 / 6, 1, _SIMPLEX, _CORNERS[MIDDLES].mean(axis=1)
+        ),
     )
 }  # fmt: skip
 

@@ -3,7 +3,8 @@
 A part is integrated over its tetrahedra by a product of Gauss's rules in collapsed coordinates
 (A. H. Stroud, Approximate Calculation of Multiple Integrals, 1971, chapter 2.4). Its points are
 those of a whole cell, moved and stretched so that their mean and their covariance are those of
-the part; their mean of ∂N/∂X is made exact.
+the part; their mean of ∂N/∂X is made exact. In hexahedra with 27 nodes, what is neither
+quadratic in natural coordinates nor linear in places has the slopes of the whole cell.
 """
 
 from collections.abc import Callable
@@ -19,20 +20,25 @@ LESS = {"hexahedron": np.sqrt(0.75)}  # of what gradients differ by from their m
 
 
 def point_measures(
-    parts: Any, usual: Floats, corners: Floats, slopes: Callable[[Floats], Floats]
-) -> tuple[Floats, Floats]:
+    parts: Any, usual: Floats, factors: Floats, nodes: Floats, corners: Floats,
+    slopes: Callable[[Floats], Floats],
+) -> tuple[Floats, Floats]:  # fmt: skip
     """Return ∂N/∂X, shape (part, point, node, 3), and volumes of points [m³], (part, point).
 
     Args:
         parts: ``geometry.cut_cells.parts.CellParts`` that are not whole, read for their pieces.
         usual: Natural coordinates of the points of whole cells, shape (point, 3).
+        factors: Their parts of the volume in natural coordinates, in any unit, shape (point,).
+        nodes: Natural coordinates of the nodes, shape (node, 3).
         corners: Drawn places of nodes [m], shape (part, node, 3).
         slopes: Returns ∂N/∂ξ at natural coordinates of shape (place, 3), shape
             (place, node, 3).
     """
-    shares, factor = _collapsed(4)
-    middle = usual.mean(axis=0)
-    spread = (usual - middle).T @ (usual - middle) / len(usual)
+    is_quadratic = parts.shape == "quadratic hexahedron"
+    shares, factor = _collapsed(9 if is_quadratic else 4)
+    share = factors / factors.sum()
+    middle = share @ usual
+    spread = (share[:, None] * (usual - middle)).T @ (usual - middle)
     root = np.linalg.cholesky(spread)
     ends = np.einsum("pck,pkx->pcx", parts.pieces.inside.shares, _places(parts))
     gradients: list[Floats] = []
@@ -51,12 +57,32 @@ def point_measures(
         turned = root @ np.real(sqrtm(inner)) @ np.linalg.inv(root)
         points = centre + (usual - middle) @ turned.T
         exact = np.einsum("q,qak,qkx->ax", weight, steep, np.linalg.inv(sides)) / volume
-        steep = slopes(points)
-        sides = np.einsum("ax,qak->qxk", corners[part], steep)
-        found = np.einsum("qak,qkx->qax", steep, np.linalg.inv(sides))
-        gradients.append(exact + LESS.get(parts.shape, 1.0) * (found - found.mean(axis=0)))
-        volumes.append(np.full(len(usual), volume / len(usual)))
+        found = _by_places(slopes(points), corners[part])
+        if is_quadratic:
+            whole = _by_places(slopes(usual), corners[part])
+            kept = _fit(nodes, corners[part])
+            found = whole + np.einsum("ab,qax->qbx", kept, found - whole)
+        mean = np.einsum("q,qax->ax", share, found)
+        gradients.append(exact + LESS.get(parts.shape, 1.0) * (found - mean))
+        volumes.append(volume * share)
     return np.array(gradients), np.array(volumes)
+
+
+def _by_places(steep: Floats, corners: Floats) -> Floats:
+    """Return ∂N/∂X [1/m] of ∂N/∂ξ, shape (point, node, 3), of a cell with nodes at places."""
+    return np.einsum(
+        "qak,qkx->qax", steep, np.linalg.inv(np.einsum("ax,qak->qxk", corners, steep))
+    )
+
+
+def _fit(nodes: Floats, corners: Floats) -> Floats:
+    """Return the fit at nodes of polynomials of degree 2 and of places, shape (node, node)."""
+    x, y, z = nodes.T
+    known = [np.ones_like(x), x, y, z, x * x, y * y, z * z, x * y, y * z, z * x]
+    away = (corners - corners.mean(axis=0)) / np.ptp(corners)
+    basis, size, _ = np.linalg.svd(np.column_stack([*known, *away.T]), full_matrices=False)
+    basis = basis[:, size > 1e-12 * size[0]]
+    return basis @ basis.T
 
 
 def _places(parts: Any) -> Floats:

@@ -96,7 +96,7 @@ class ElementSolid(ForceFormula):
             self._slope = np.einsum("qak,eqkx->eqax", natural(points), inward)
             self._weight = np.linalg.det(sides) * weights
         else:
-            given = parts, points, drawn[self._nodes], natural
+            given = parts, points, weights, corners, drawn[self._nodes], natural
             self._slope, self._weight = point_measures(*given)
         self._volume = self._weight.sum(axis=1)
         self._drawn = None if elements.prestretch is None else drawn_out(elements)
