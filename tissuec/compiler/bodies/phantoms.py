@@ -30,7 +30,7 @@ _RIDERS = {
     "hexahedron": 12.0, "quadratic hexahedron": 12.0, "wedge": 9.0, "tetrahedron": 4.0,
     "triangle": 4.0,
 }  # fmt: skip
-FEW = 60  # in addition: parts of small bodies share few points
+FEW = 60  # in addition: parts of small bodies share few points, and many cuts meet in each
 #: Planes by which the largest section of a body is estimated: along faces, edges and corners
 #: of a cube.
 _NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)], dtype=float)
@@ -68,7 +68,7 @@ def reserve_of(body: BodyArrays, cuts: int) -> Reserve:
     copies = ((1 + body.parting.copies) * of_each - 1) * len(body.mesh.position)
     elements = sum(each.item_count for each in fields)
     riders = cuts * ceil(sum(_riders(each, body.mesh.position) for each in fields))
-    spare = _PARTS * cuts * elements + body.parting.elements
+    spare = _PARTS * cuts * (elements + FEW) + body.parting.elements
     return Reserve(copies + riders, spare, cuts, riders)
 
 
