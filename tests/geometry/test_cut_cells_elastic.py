@@ -9,7 +9,7 @@ from tests.every import every
 from tests.geometry.cut_bodies import SHAPES, Body, assembled, blades, stiffness, surface_loads
 from tests.geometry.test_cut_cells import curved
 from tissuec.geometry.cut_cells.masses import MOST, node_volumes
-from tissuec.geometry.cut_cells.quadrature import FIFTH_DEGREE, PartMoments, matched_points
+from tissuec.geometry.cut_cells.quadrature import PartMoments, matched_points, points_of_degree
 from tissuec.geometry.elements import SHAPES as ELEMENTS
 from tissuec.geometry.elements import Measures
 from tissuec.geometry.moments import moments
@@ -92,14 +92,28 @@ def test_whole_cells_have_their_usual_points(shape):
         np.testing.assert_allclose(found.gradients, due, atol=1e-12)
 
 
-def test_fourteen_points_integrate_polynomials_of_degree_five():
-    points, weights = FIFTH_DEGREE
+def test_quadratic_fields_have_their_own_slopes_in_parts_of_hexahedra():
+    """In parts of cubes with 27 nodes, for any polynomial of degree 2, by its derivative."""
+    body = Body.cube("quadratic hexahedron", 2)
+    after, _ = body.cut(body.position @ [0.5, 0.7, 0.2] - 0.6)
+    points = matched_points(after.parts, after.moments)
+    places = functions(after.parts.shape, points.reshape(-1, 3)).values
+    places = places.reshape(*points.shape[:2], 27) @ after.corners
+    half = np.random.default_rng(2).normal(size=(3, 3))
+    values = np.einsum("pax,xy,pay->pa", after.corners, half, after.corners)
+    found = np.einsum("pqax,pa->pqx", after.measures.gradients, values)
+    np.testing.assert_allclose(found, places @ (half + half.T), atol=1e-12)
+
+
+@every("degree", [2, 5, 8, 15])
+def test_points_integrate_polynomials_of_their_degree(degree):
+    points, weights = points_of_degree(degree)
     from math import factorial, prod
 
-    for powers in np.ndindex(6, 6, 6, 6):
-        if sum(powers) != 5:
+    for powers in np.ndindex(*(degree + 1,) * 4):
+        if sum(powers) != degree:
             continue
-        due = 6.0 * prod(map(factorial, powers)) / factorial(5 + 3)
+        due = 6.0 * prod(map(factorial, powers)) / factorial(degree + 3)
         assert weights @ (points ** np.array(powers)).prod(axis=1) == pytest.approx(
             due, rel=1e-13
         )

@@ -306,7 +306,7 @@ class SolidElements(PointField, frozen=True):
         weight, functions = self.weights, self._functions.swapaxes(1, 2)
         pooling = self._recorded("pooling", position).reshape(-1, self.points, 3, 3)
         swell = weight[..., None, None] * (self.steepness @ pooling.swapaxes(-1, -2))
-        flat = swell.reshape(*swell.shape[:2], -1)
+        flat = swell.reshape(*swell.shape[:2], 3 * swell.shape[2])
         rise = functions @ flat / weight.sum(axis=1)[:, None, None]
         point = self.traced(self._present)
         values = self._values(position, [point.pooled, point.bend_of_mean])

@@ -101,7 +101,7 @@ class QuadraticHexahedra(SolidElements, frozen=True):
         return PointTable.of(
             nodes, self._numbers(kind), row.reshape(-1), self.drawn.gradients[used],
             self.drawn.volume[used], slots[: kind.tensors],
-            self.linear[used].reshape(len(used), -1),
+            self.linear[used].reshape(len(used), self.points * self.linear.shape[2]),
         )  # fmt: skip
 
 

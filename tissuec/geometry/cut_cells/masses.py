@@ -5,9 +5,9 @@ not change in a cut, and in linear simplices the stable step does not, either (T
 J. Réthoré, N. Moës, A. Combescure, H. Bung, Int. J. Numer. Meth. Eng. 74:447, 2008).
 
 In a tetrahedron with ten nodes, the largest eigenvalue of a small part alone may be up to 16
-times that of its cell, and in a hexahedron with 27 nodes XX times. It then takes volume over
-from parts of the cell that can spare some, so that no excess is above ``MOST``, or, if that
-cannot be, so that all are equal. Masses of places stay what they are.
+times that of its cell, and in a hexahedron with 27 nodes several hundred times. It then takes
+volume over from parts of the cell that can spare some, so that no excess is above ``MOST``, or,
+if that cannot be, so that all are equal. Masses of places stay what they are.
 """
 
 import numpy as np

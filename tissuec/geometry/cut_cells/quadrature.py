@@ -22,10 +22,10 @@ is quadratic in natural coordinates or linear in places, by least squares, and t
 
     ∂u/∂X = (∂u_2/∂X at the points of the part) + (∂(u - u_2)/∂X at those of the whole cell),
 
-but for its mean, which is exact. In a whole cell, nothing changes. (Mean gradients: D. P. Flanagan,
-T. Belytschko, Int. J. Numer. Meth. Eng. 17:679, 1981. Points that match moments are derived
-here. Fourteen points of degree 5: N. J. Walkington, Quadrature on simplices of arbitrary
-dimension, Carnegie Mellon University, 2000.)
+but for its mean, which is exact. In a whole cell, nothing changes. (Mean gradients:
+D. P. Flanagan, T. Belytschko, Int. J. Numer. Meth. Eng. 17:679, 1981. Points that match moments
+are derived here. Fourteen points of degree 5: N. J. Walkington, Quadrature on simplices of
+arbitrary dimension, Carnegie Mellon University, 2000.)
 """
 
 from functools import cache
@@ -164,9 +164,7 @@ class _Cloud(Struct, frozen=True, eq=False):
     weight: Floats
 
     @classmethod
-    def of(
-        cls, parts: CellParts, pieces: PartPieces, corners: Floats, degree: int
-    ) -> "_Cloud":
+    def of(cls, parts: CellParts, pieces: PartPieces, corners: Floats, degree: int) -> "_Cloud":
         """Return points for polynomials of a degree, for one of 2 in parallelepipeds."""
         points, weights = points_of_degree(degree)
         xi = parts.natural(pieces, points @ pieces.inside.shares)

@@ -369,15 +369,14 @@ class _BodyReader:
             place = self.once["rupture"]
             self.findings.add(
                 "TIS306",
-                "only solids of elements that are not quadratic tear by faces",
+                "only solids of elements tear by faces",
                 place,
                 hint=Hint("write rupture is allowed", Edit("rupture is allowed", place)),
             )
         for one in self.parts.interfaces:
             self.findings.add(
                 "TIS306",
-                "only regions of solids of elements that are not quadratic come apart at an "
-                "interface",
+                "only regions of solids of elements come apart at an interface",
                 one.span,
                 hint="remove the toughness, or use a solid with a tissue in pascals",
             )
@@ -400,7 +399,7 @@ class _BodyReader:
             head = self.once["mesh"]
             refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)
         wall = is_wall(self.mesh)
-        if wall or made.is_quadratic:
+        if wall:
             self._refuse_faces()
         elif self.parts.interfaces and self.rest.get("rupture") in ("allowed", "by toughness"):
             place = self.once["rupture"]

@@ -154,8 +154,8 @@ def _refuse_interval(duration: float | None, order: Order) -> None:
 class Cut(Struct, frozen=True):
     """Cuts springs of a set, or what a blade crosses of a body now, permanently.
 
-    Springs are removed. Elements are divided where the blade is. Quadratic elements, and
-    breakable ones of bodies without rupture by faces, are removed if an edge of them is cut.
+    Springs are removed. Elements are divided where the blade is. Breakable ones of bodies
+    without rupture by faces are removed if an edge of them is cut.
 
     ``along plane`` is an infinite plane. ``along stroke`` is the parallelogram that the edge
     between two points sweeps by a vector. ``along line`` is a strip of the plane that faces the
