@@ -74,9 +74,9 @@ def test_runs_agree_with_the_reference(tissue):
     validated(text)
 
 
-def test_a_cut_removes_elements():
+def test_a_cut_divides_elements():
     script = "at 0 s: cut block along plane through (0, 0, 11) mm facing (0, 0, 1)"
-    text = scene(script=script, output="elements(block) every 1 ms")
+    text = scene(script=script, output="count(pieces of block) every 1 ms")
     with tissuec.run(text, companion="off") as run:
         (log,) = run.logs.values()
         assert log.value.ravel()[-1] == 2

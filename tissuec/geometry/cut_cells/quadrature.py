@@ -70,9 +70,10 @@ FIFTH_DEGREE = _fourteen()
 
 @cache
 def points_of_degree(degree: int) -> tuple[Floats, Floats]:
-    """Return points of a tetrahedron that integrate polynomials of a degree, as ``_fourteen``.
+    """Return points of a tetrahedron that integrate polynomials of a degree exactly.
 
-    Above 5, they are products of the rules of Gauss and Jacobi in collapsed coordinates (A. H.
+    They are shares of its corners, shape (point, 4), and dimensionless parts of its volume,
+    shape (point,). Above a degree of 5, they are products of the rules of Gauss and Jacobi in collapsed coordinates (A. H.
     Stroud, Approximate Calculation of Multiple Integrals, 1971, chapter 2.4).
     """
     if degree <= 2:
@@ -280,8 +281,7 @@ def linear_functions(shape: str) -> Floats:
     The first is constant; of shapes with three more, these are linear in natural coordinates,
     and all are orthonormal with the shares of the points as weights, whatever the part is.
 
-    Returns:
-        Dimensionless, shape (point, function).
+    They are dimensionless, of shape (point, function).
     """
     unit, _ = _reference(shape)
     return np.column_stack([np.ones(len(unit)), unit])[:, : SHAPES[shape].functions]
