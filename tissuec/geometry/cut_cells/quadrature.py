@@ -73,8 +73,9 @@ def points_of_degree(degree: int) -> tuple[Floats, Floats]:
     """Return points of a tetrahedron that integrate polynomials of a degree exactly.
 
     They are shares of its corners, shape (point, 4), and dimensionless parts of its volume,
-    shape (point,). Above a degree of 5, they are products of the rules of Gauss and Jacobi in collapsed coordinates (A. H.
-    Stroud, Approximate Calculation of Multiple Integrals, 1971, chapter 2.4).
+    shape (point,). Above a degree of 5, they are products of the rules of Gauss and Jacobi in
+    collapsed coordinates (A. H. Stroud, Approximate Calculation of Multiple Integrals, 1971,
+    chapter 2.4).
     """
     if degree <= 2:
         return TETRAHEDRAL_POINTS, np.full(4, 0.25)
