@@ -246,7 +246,7 @@ def test_small_parts_of_tetrahedra_take_volume_over():
     )
     whole = after.parts.are_whole
     np.testing.assert_allclose(found[whole], own[whole], rtol=1e-15)
-    assert MOST > 1.0
+    assert min(MOST.values()) > 1.0
 
 
 @pytest.mark.parametrize("kind", BODIES)
