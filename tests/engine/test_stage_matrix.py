@@ -72,8 +72,8 @@ def moved_state(case):
     # Stretched, since what is pressed makes the whole derivative indefinite.
     shift = 0.05e-3 * random.normal(size=state.position.shape) + 0.1 * state.position
     shift *= 0.02 if "0.49" in CASES[case].get("poisson", "") else 1.0
-    if state.symmetry is not None:
-        shift[state.symmetry.nodes, 1] = 0.0
+    if state.guides is not None:
+        shift[state.guides.nodes, 1] = 0.0
     state.position += np.where(state.held[:, None], 0.0, shift)
     memory = state.network.internal_rows
     state.velocity[memory] = 0.02 * random.normal(size=state.velocity[memory].shape)
@@ -85,8 +85,8 @@ def unknowns(state):
     rows = state.network.row_count - state.network.node_count
     free = np.append(~state.held, np.ones(rows, dtype=bool))
     found = np.repeat(free, 3)
-    if state.symmetry is not None:
-        found[3 * state.symmetry.nodes + 1] = False
+    if state.guides is not None:
+        found[3 * state.guides.nodes + 1] = False
     return np.flatnonzero(found)
 
 

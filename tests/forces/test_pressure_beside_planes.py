@@ -93,8 +93,8 @@ def downwards(name):
 def within_planes(network, vectors):
     """Return the parts within the planes of symmetry of vectors at nodes, shape (node, 3)."""
     found = vectors.copy()
-    for field in network.of_kind("symmetry"):
-        field.add_forces(0.0, vectors, vectors, found)
+    if network.guides is not None:
+        network.guides.keep(found)
     return found
 
 

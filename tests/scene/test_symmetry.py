@@ -12,7 +12,6 @@ from tests.findings import finding_of
 from tests.validate.scenes import compiled_scene
 from tissuec.analysis.vibration.modes import modes_of
 from tissuec.core.errors import CompileError
-from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State
 from tissuec.validate.resting import rest
@@ -231,11 +230,10 @@ def test_the_reference_agrees():
 
 def test_what_a_plane_leaves_of_forces_is_in_it_for_every_corner():
     compiled = compiled_scene(cube("xy"))
-    planes = next(block.field for block in compiled.network.blocks if block.kind == "symmetry")
-    assert isinstance(planes, SymmetryPlanes)
+    guides = compiled.network.guides
     force = np.random.default_rng(1).normal(size=compiled.network.position.shape)
     kept = force.copy()
-    planes.add_forces(0.0, kept, kept, kept)
+    guides.keep(kept)
     on = np.abs(compiled.network.position[:, :2]) < 1e-12
     assert np.array_equal(kept[:, :2] == 0.0, on) and np.array_equal(kept[:, 2], force[:, 2])
     assert np.array_equal(kept[:, :2][~on], force[:, :2][~on])
@@ -328,7 +326,7 @@ def test_a_joint_goes_with_a_plane_once_its_nodes_are_left_out():
     network = compiled_scene(beside).network
     assert network.joints[0].springs.stop - network.joints[0].springs.start == 4
     network = compiled_scene(beside.replace("from top to under", "from under to top")).network
-    assert network.of_kind("symmetry")
+    assert network.guides is not None
 
 
 def test_planes_beside_a_body_that_cannot_be_drawn_are_not_reported():
@@ -361,7 +359,7 @@ simulate { duration = 1 ms }
     ],
 )
 def test_walls_have_their_mirror_image_where_they_do_not_bend(old, new, said):
-    assert compiled_scene(SHEET).network.of_kind("symmetry")
+    assert compiled_scene(SHEET).network.guides is not None
     with pytest.raises(CompileError) as caught:
         compiled_scene(SHEET.replace(old, new))
     assert said in str(caught.value)

@@ -113,7 +113,6 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.contact.sides_kernel": ("lay_inside",),
     "tissuec.forces.contact.friction_kernel": None,
     "tissuec.forces.solids.activation": ("_pull",),
-    "tissuec.forces.acting.symmetry_kernel": None,
     "tissuec.forces.acting.embedding_kernel": None,
     "tissuec.autodiff.angles": ("less", "versine", "_of_cosine", "_of_sine", "_of_versine"),
     "tissuec.forces.solids.ties": ("_sums", "_tie", "_softening"),

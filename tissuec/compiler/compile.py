@@ -41,6 +41,7 @@ from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled, Generator
 from tissuec.model.blocks import OF_ELEMENTS, FieldBlock
+from tissuec.model.guides import Guides
 from tissuec.model.network import (
     BodyPart,
     Indices,
@@ -174,7 +175,9 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     expects, of_learning = split_expectations(scene.declarations.expects)
     plan = _plan(scene, network, conditions, expects, is_whole=bodies.are_whole)
     refuse_intervals(scene, network, plan, findings)
-    blocks = _blocks(scene, network, conditions, plan, planes, is_whole=bodies.are_whole)
+    blocks, guides = _blocks(
+        scene, network, conditions, plan, planes, is_whole=bodies.are_whole
+    )
     fit_problems: tuple[FitProblem, ...] = ()
     vocabulary_fits: tuple[VocabularyFit, ...] = ()
     if scene.fit_problems or scene.vocabulary_fits or of_learning:
@@ -185,7 +188,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
         fit_problems, vocabulary_fits = compile_learn_blocks(scene, conditions, of_learning)
     findings.raise_errors()
     assert len(bodies.built) == len(scene.declarations.of("body"))  # only errors leave out any
-    whole = network.with_blocks(*blocks)
+    whole = replace(network.with_blocks(*blocks), guides=guides)
     return Compiled(scene, whole, plan, groups, fit_problems, vocabulary_fits)
 
 
@@ -548,9 +551,12 @@ def _blocks(
     planes: "Sequence[WrittenPlane]",
     *,
     is_whole: bool,
-) -> list[FieldBlock]:
-    """Return glue, contact, forces and planes of symmetry; see ``_plan`` for the arguments."""
-    findings, contact = conditions.findings, None
+) -> tuple[list[FieldBlock], Guides | None]:
+    """Return glue, contact and forces, and the guides of planes of symmetry.
+
+    For the arguments, see ``_plan``.
+    """
+    findings, contact, guides = conditions.findings, None, None
     found: list[FieldBlock] = []
     if scene.embeddings and is_whole:
         from tissuec.compiler.bodies import gluing  # where there is any
@@ -591,14 +597,13 @@ def _blocks(
 
         found += force_blocks(scene, network, conditions.groups, findings)
     if planes:
-        from tissuec.compiler.symmetry import shared_contact, symmetry_block
+        from tissuec.compiler.symmetry import guides_of_planes, shared_contact
 
-        block = symmetry_block(planes, network, plan, findings)
+        guides = guides_of_planes(planes, network, plan, findings)
         if contact is not None and scene.environment.contact is not None:
-            shared = shared_contact(contact, block.field, scene.environment.contact).block
+            shared = shared_contact(contact, guides, scene.environment.contact).block
             found[found.index(touching)] = shared
-        found.append(block)
-    return found
+    return found, guides
 
 
 def _plan(

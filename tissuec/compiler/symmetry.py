@@ -9,9 +9,8 @@ from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.core.units import LENGTH, show
-from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.contact.contact import Contact
-from tissuec.model.blocks import SYMMETRY, FieldBlock
+from tissuec.model.guides import Guides, free_directions
 from tissuec.model.network import BodyPart, Floats, Indices, MirrorPlane, Network
 from tissuec.scene.environment import EnvironmentEntries
 from tissuec.scene.model import Scene
@@ -57,10 +56,10 @@ def read_planes(scene: Scene, network: Network, findings: Findings) -> tuple[Wri
     return tuple(planes)
 
 
-def symmetry_block(
+def guides_of_planes(
     planes: Sequence[WrittenPlane], network: Network, plan: Plan, findings: Findings
-) -> FieldBlock:
-    """Return the constraints of planes of symmetry; report whatever contradicts them.
+) -> Guides:
+    """Return how planes of symmetry guide the nodes on them; report what contradicts them.
 
     Args:
         planes: At least one.
@@ -74,24 +73,24 @@ def symmetry_block(
                 _refuse_aslant(one, vector, what, span, findings)
     nodes = np.unique(np.concatenate([one.nodes for one in planes]))
     within = np.array([_projection(int(node), planes) for node in nodes]).reshape(-1, 3, 3)
-    field = SymmetryPlanes(nodes, within)
-    return FieldBlock("the planes of symmetry", SYMMETRY, field, planes[0].span)
+    share = 0.5 ** np.rint(3.0 - np.trace(within, axis1=1, axis2=2))
+    return Guides(nodes, within, share, planes[0].span)
 
 
 def shared_contact(
-    contact: Contact, planes: SymmetryPlanes, law: EnvironmentEntries
+    contact: Contact, guides: Guides, law: EnvironmentEntries
 ) -> Contact:
     """Return contact in which nodes on planes have the share of the drawn half.
 
     Args:
         contact: Where each node represents all that is around it.
-        planes: The nodes on planes.
+        guides: The nodes on planes.
         law: By surface, nodes have the part of the surface that is drawn already.
     """
     if law.contact_surface_stiffness is not None:
         return contact
     stiffness = contact.stiffness.copy()
-    stiffness[planes.nodes] *= planes.share
+    stiffness[guides.nodes] *= guides.share
     return replace(contact, stiffness=stiffness)
 
 
@@ -192,9 +191,7 @@ def _refuse_springs(one: WrittenPlane, network: Network, findings: Findings) -> 
 def _projection(node: int, planes: Iterable[WrittenPlane]) -> Floats:
     """Return the projection into all planes that a node is on, shape (3, 3)."""
     normals = [one.plane.normal for one in planes if node in one.nodes]
-    _, sizes, ways = np.linalg.svd(np.array(normals))
-    across = ways[: int((sizes > ON_PLANE).sum())]
-    return np.eye(3) - across.T @ across
+    return free_directions(np.array(normals), ON_PLANE)
 
 
 def _refuse_aslant(

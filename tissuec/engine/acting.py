@@ -314,6 +314,14 @@ def pack_acts(
     base = [motion.base for motion in motions] + [
         np.zeros((len(load.nodes), 3)) for load in loads
     ]
+    partial = np.zeros(count, dtype=np.int64)
+    along = np.zeros((sum(len(motion.nodes) for motion in motions), 9))
+    first = 0
+    for act, motion in enumerate(motions):
+        last = first + len(motion.nodes)
+        if motion.change is not None:
+            partial[act], along[first:last] = 1, motion.change.reshape(-1, 9)
+        first = last
     shares = [np.ones(len(motion.nodes)) for motion in motions]
     shares += [load.factors for load in loads]
     term_curve = len(profiles) + np.arange(len(flat))
@@ -323,6 +331,8 @@ def pack_acts(
         nodes=place[np.concatenate([*nodes, np.zeros(0, dtype=np.int64)])],
         base=np.concatenate([*base, np.zeros((0, 3))]),
         share=np.concatenate([*shares, np.zeros(0)]),
+        partial=partial,
+        along=along if partial.any() else along[:0],
         term_first=_offsets([len(group) for group in terms]),
         term_vector=np.array([term.vector for term in flat], dtype=float).reshape(-1, 3),
         term_curve=term_curve,

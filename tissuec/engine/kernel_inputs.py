@@ -29,6 +29,7 @@ from tissuec.kernels.records import (
     BoundaryConditions,
     EmbeddingTable,
     Fields,
+    GuideTable,
     InternalVariables,
     Net,
     RestLengthActuators,
@@ -57,6 +58,7 @@ SPARE, FEW = 1.5, 200
 #: Of ``Features``, those on which the stepping code of a net depends.
 FLAGS = (
     "watched", "crushed", "ledger", "reeled", "touched", "inelastic", "cornered", "embedded",
+    "guided",
 )  # fmt: skip
 
 
@@ -213,6 +215,7 @@ class KernelInputs:
             inelastic=self.springs.inelastic is not None,
             cornered=self.acting.has_corners,
             embedded=self.state.embedding is not None,
+            guided=self.state.guides is not None,
             laws=self.acting.laws,
             in_runs=self._are_in_runs,
         )
@@ -257,7 +260,8 @@ class KernelInputs:
         Contact and jets alone do not: short steps follow where they begin and end anyway.
         """
         kinds = {block.kind for block in self.state.present_blocks}
-        return bool(kinds - SPORADIC) or self.springs.inelastic is not None
+        more = bool(kinds - SPORADIC) or self.state.guides is not None
+        return more or self.springs.inelastic is not None
 
     def is_direct(self) -> bool:
         """Return whether the matrix of implicit steps has a factor of acceptable size."""
@@ -339,6 +343,7 @@ class KernelInputs:
             "touches": next(filter(None, touches), None),
             "internal": self.internal() if needed.inelastic else None,
             "embedding": self.embedding() if needed.embedded else None,
+            "guides": self.guides() if needed.guided else None,
             "runs": acting.runs(near, self.team.parts) if needed.in_runs else None,
             "chunks": self.acting.chunks()
             if not needed.in_runs or integrator.implicit
@@ -427,6 +432,13 @@ class KernelInputs:
         """Return the embedded nodes."""
         assert self._embedding is not None
         return self._embedding.table(self.layout.place, self.acts(), self.around)
+
+    def guides(self) -> GuideTable:
+        """Return the guided nodes that have places."""
+        guides = self.state.guides
+        assert guides is not None
+        place = self.layout.place[guides.nodes]
+        return GuideTable(place[place >= 0], guides.projections.reshape(-1, 9)[place >= 0])
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

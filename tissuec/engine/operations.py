@@ -62,6 +62,7 @@ class Features(Struct, frozen=True):
     inelastic: bool = False
     cornered: bool = False
     embedded: bool = False
+    guided: bool = False
     laws: tuple[Law, ...] = ()  # the linear one and others, if there are others
     in_runs: bool = False  # springs lie in runs
 

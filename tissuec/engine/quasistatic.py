@@ -253,6 +253,9 @@ class QuasiStatic:
         for load in state.loads.values():
             load.add_forces(state.time, position, still, force)
         inner = observables.inner_forces(state, state.time, position, still)
+        if state.guides is not None:
+            acting = observables.applied_forces(state) + inner.node
+            force[state.guides.nodes] -= state.guides.held_part(acting)
         force[held] = -inner.node[held]
         for field in state.supplied:
             field.add_forces(state.time, position, still, force)

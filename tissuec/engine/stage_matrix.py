@@ -60,8 +60,8 @@ class StageMatrix:
         self._mass = state.inertia[self._free]
         self._drag = state.lumped(state.braking)[self._free]
         self._fields = state.fields
-        self._acting, planes = state.acting, state.symmetry
-        within = planes and planes.projection(number, len(self._free))
+        self._acting, guides = state.acting, state.guides
+        within = guides and guides.projection(number, len(self._free))
         self._within = within
         self._made: tuple[float, float, bytes, bytes] | None = None
         self._factor: Factorization | ConjugateGradients | None = None

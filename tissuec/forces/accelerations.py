@@ -10,7 +10,7 @@ from tissuec.forces.acting.embedding_kernel import follow
 from tissuec.forces.springs.branches_kernel import keep_still, remember
 from tissuec.forces.springs.rest_length_kernel import reel
 from tissuec.forces.springs.springs_kernel import reeled, springs
-from tissuec.kernels.boundary_conditions import pull_free, put_driven
+from tissuec.kernels.boundary_conditions import guide, prescribed, pull_free, put_driven
 from tissuec.kernels.records import Fields, Floats, Net
 from tissuec.kernels.thread_loops import PIECE, items_of, part_of, pieces_of, share
 from tissuec.kernels.vectors import accumulate
@@ -47,6 +47,8 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
             power[0] += net.team.work[piece]
             power[1] += net.team.lost[piece]
     share(net.team, accelerate, (v, a, net))
+    if net.guided:
+        power[0] += guide(a, v, net.inverse_mass, net.guides)
     if net.touched:
         for k in range(net.touches.memory.size):
             i = 3 * net.touches.memory[k]
@@ -180,6 +182,8 @@ def kinetic(v: Floats, net: Net) -> float:
         if net.inverse_mass[node] > 0.0:
             i = 3 * node
             total += (v[i] ** 2 + v[i + 1] ** 2 + v[i + 2] ** 2) / net.inverse_mass[node]
+    if net.guided:
+        total -= prescribed(v, net.inverse_mass, net.guides)
     return 0.5 * total
 
 

@@ -382,6 +382,8 @@ def acts_of(
         first=np.zeros(2, dtype=np.int64),
         nodes=none,
         base=np.zeros((0, 3)),
+        partial=np.zeros(1, dtype=np.int64),
+        along=np.zeros((0, 9)),
         share=np.zeros(0),
         term_first=np.array([0, count], dtype=np.int64),
         term_vector=vector,

@@ -7,7 +7,7 @@ writes these tables again for each stretch between knots, so that kernels need n
 
 from math import cos, sin
 
-from tissuec.kernels.records import BoundaryConditions, Floats
+from tissuec.kernels.records import BoundaryConditions, Floats, GuideTable
 
 
 def curve(which: int, time: float, acts: BoundaryConditions) -> tuple[float, float]:
@@ -65,12 +65,38 @@ def put_driven(time: float, x: Floats, v: Floats, acts: BoundaryConditions) -> N
         s0, s1, s2, u0, u1, u2 = total(act, time, acts)
         for entry in range(acts.first[act], acts.first[act + 1]):
             i = 3 * acts.nodes[entry]
-            x[i] = acts.base[entry, 0] + s0
-            x[i + 1] = acts.base[entry, 1] + s1
-            x[i + 2] = acts.base[entry, 2] + s2
-            v[i], v[i + 1], v[i + 2] = u0, u1, u2
+            x0, x1, x2 = (
+                acts.base[entry, 0] + s0,
+                acts.base[entry, 1] + s1,
+                acts.base[entry, 2] + s2,
+            )
+            if acts.partial[act] == 1:
+                approach(x0, x1, x2, entry, i, x, acts)
+                approach(u0, u1, u2, entry, i, v, acts)
+            else:
+                x[i], x[i + 1], x[i + 2] = x0, x1, x2
+                v[i], v[i + 1], v[i + 2] = u0, u1, u2
         if acts.turn_curve[act] >= 0:
             turn(act, time, x, v, acts)
+
+
+def approach(
+    p0: float, p1: float, p2: float, entry: int, i: int, x: Floats, acts: BoundaryConditions
+) -> None:
+    """Set the part of a vector in the directions of a motion to that of another, p.
+
+    Args:
+        entry: Of the node in the motion.
+        i: Number of its first component.
+        x: Vectors of all nodes in any unit, shape (3 node,); changed in place.
+    """
+    d0, d1, d2 = p0 - x[i], p1 - x[i + 1], p2 - x[i + 2]
+    for axis in range(3):
+        x[i + axis] += (
+            acts.along[entry, 3 * axis] * d0
+            + acts.along[entry, 3 * axis + 1] * d1
+            + acts.along[entry, 3 * axis + 2] * d2
+        )
 
 
 def turn(act: int, time: float, x: Floats, v: Floats, acts: BoundaryConditions) -> None:
@@ -98,6 +124,45 @@ def turn(act: int, time: float, x: Floats, v: Floats, acts: BoundaryConditions) 
         v[i] += spin * (k0 * cosine - a0 * sine)
         v[i + 1] += spin * (k1 * cosine - a1 * sine)
         v[i + 2] += spin * (k2 * cosine - a2 * sine)
+
+
+def guide(a: Floats, v: Floats, inverse_mass: Floats, guides: GuideTable) -> float:
+    """Leave of accelerations their part in the free directions of guided nodes.
+
+    Returns:
+        The power of what guides them [W].
+    """
+    power = 0.0
+    for k in range(guides.nodes.size):
+        node, i = guides.nodes[k], 3 * guides.nodes[k]
+        a0, a1, a2 = a[i], a[i + 1], a[i + 2]
+        for axis in range(3):
+            j = i + axis
+            before = a[j]
+            a[j] = (
+                guides.within[k, 3 * axis] * a0
+                + guides.within[k, 3 * axis + 1] * a1
+                + guides.within[k, 3 * axis + 2] * a2
+            )
+            if inverse_mass[node] > 0.0:
+                power -= (before - a[j]) * v[j] / inverse_mass[node]
+    return power
+
+
+def prescribed(v: Floats, inverse_mass: Floats, guides: GuideTable) -> float:
+    """Return Σ m v² of guided nodes in the directions in which they are held [J]."""
+    total = 0.0
+    for k in range(guides.nodes.size):
+        node, i = guides.nodes[k], 3 * guides.nodes[k]
+        if inverse_mass[node] > 0.0:
+            for axis in range(3):
+                free = (
+                    guides.within[k, 3 * axis] * v[i]
+                    + guides.within[k, 3 * axis + 1] * v[i + 1]
+                    + guides.within[k, 3 * axis + 2] * v[i + 2]
+                )
+                total += (v[i + axis] - free) ** 2 / inverse_mass[node]
+    return total
 
 
 def pull_free(

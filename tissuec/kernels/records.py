@@ -43,6 +43,8 @@ class BoundaryConditions(NamedTuple):
     first: Integers  # shape (act + 1,)
     nodes: Integers  # shape (entry,)
     base: Rows  # positions that the motions start from [m], shape (entry, 3)
+    partial: Integers  # 1 for motions in some directions, shape (act,)
+    along: Rows  # changes by what is missing there, row by row; (entry, 9), or (0, 9) for none
     share: Floats  # factors of loads, shape (entry,)
     term_first: Integers  # shape (act + 1,)
     term_vector: Rows  # [m] or [N], shape (term, 3)
@@ -75,6 +77,13 @@ class EmbeddingTable(NamedTuple):
     first: Integers  # hosts of node k are hosts[first[k]:first[k + 1]], shape (n + 1,)
     hosts: Integers  # shape (host,)
     weights: Floats  # shape (host,)
+
+
+class GuideTable(NamedTuple):
+    """Nodes that are free in some directions; see ``model.guides``."""
+
+    nodes: Integers  # shape (n,)
+    within: Rows  # projections into the free directions, row by row, shape (n, 9)
 
 
 class ContactTable(NamedTuple):
@@ -266,11 +275,13 @@ class Net(NamedTuple):
     inelastic: bool  # some springs relax or flow
     cornered: bool  # some laws have corners
     embedded: bool  # there are embedded nodes
+    guided: bool  # some nodes are held in some directions
     acts: BoundaryConditions
     reels: RestLengthActuators
     touches: ContactTable
     internal: InternalVariables
     embedding: EmbeddingTable
+    guides: GuideTable
     runs: Runs
     chunks: Chunks
     fields: Fields

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from tissuec.mechanics.inverses import Inverses
     from tissuec.mechanics.stiffness import Stiffness
 
-OFF_PLANE = 1e2  # stiffness across planes of symmetry, relative to the largest of all others
+ACROSS = 1e2  # stiffness in directions in which guides hold nodes, relative to the largest of all others
 ROUNDING = 16.0 * float(np.finfo(float).eps)
 
 
@@ -105,9 +105,9 @@ class Balance:
         self._last: tuple[Bars | None, list[Floats]] = None, []
         self.holds_slides = False
         self._contact = state.touching
-        self._planes = state.symmetry
-        if self._planes is not None:
-            self._within = self._planes.projection(number, len(self.free))
+        self._guides = state.guides
+        if self._guides is not None:
+            self._within = self._guides.projection(number, len(self.free))
 
     @property
     def start(self) -> Floats:
@@ -120,9 +120,9 @@ class Balance:
         return np.concatenate([self._every.ends, self._edges])
 
     @property
-    def is_on_planes(self) -> bool:
-        """Return whether planes of symmetry hold nodes."""
-        return self._planes is not None
+    def is_guided(self) -> bool:
+        """Return whether nodes are held in some directions."""
+        return self._guides is not None
 
     @property
     def present_load(self) -> Floats:
@@ -208,15 +208,14 @@ class Balance:
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which free nodes contact or a force ties to something, shape (free,).
 
-        Planes of symmetry do not, but leave motions within them; see ``off_planes``.
+        Guides do not, but leave motions in some directions; see ``held_directions``.
 
         Args:
             position: Of all nodes of the scene [m], shape (node, 3).
         """
         found = np.zeros(len(position), dtype=bool)
         for acting in self._fields:
-            if acting is not self._planes:
-                found |= acting.touched(position)
+            found |= acting.touched(position)
         if self._embedding is not None:
             pairs = self._embedding.neighbours
             found[pairs[found[self._embedding.nodes[self._embedding.owners]]]] = True
@@ -255,14 +254,14 @@ class Balance:
         return force, self._contact.least_friction(position) * force
 
     @property
-    def off_planes(self) -> Floats:
-        """Return the projections off planes of symmetry of free nodes, dimensionless.
+    def held_directions(self) -> Floats:
+        """Return the projections of free nodes into what guides hold, dimensionless.
 
         The shape is (free, 3, 3).
         """
         off = np.zeros((len(self._position), 3, 3))
-        if self._planes is not None:
-            off[self._planes.nodes] = np.eye(3) - self._planes.projections
+        if self._guides is not None:
+            off[self._guides.nodes] = np.eye(3) - self._guides.projections
         return off[self.free]
 
     @property
@@ -293,7 +292,7 @@ class Balance:
             total += (self._reduction.T @ pulled.ravel()).reshape(-1, 3)
         if self._fields:
             total += self._on_free(sum(self._of_fields(bars), np.zeros_like(bars.position)))
-        return total if self._planes is None else self._kept(total)
+        return total if self._guides is None else self._kept(total)
 
     def _of_fields(self, bars: Bars) -> list[Floats]:
         """Return the forces of each field on all nodes [N], each of shape (node, 3).
@@ -309,23 +308,23 @@ class Balance:
         return forces
 
     def _kept(self, force: Floats) -> Floats:
-        """Return the part of forces within planes of symmetry [N], shape (free, 3)."""
+        """Return the part of forces in free directions [N], shape (free, 3)."""
         return np.asarray(self._within @ force.ravel()).reshape(-1, 3)
 
     @property
     def across(self) -> int:
-        """Return the number of independent motions off planes of symmetry, which are none."""
-        if self._planes is None:
+        """Return the number of independent motions that guides prevent."""
+        if self._guides is None:
             return 0
         return 3 * len(self.free) - round(float(self._within.diagonal().sum()))
 
-    def keep_to_planes(self, motions: Floats) -> NDArray[np.bool_]:
-        """Return which motions are within planes of symmetry, not across, shape (motion,).
+    def keep_to_guides(self, motions: Floats) -> NDArray[np.bool_]:
+        """Return which motions are in free directions, not in held ones, shape (motion,).
 
         Args:
             motions: Columns of any unit, shape (3 free, motion).
         """
-        if self._planes is None:
+        if self._guides is None:
             return np.ones(len(motions.T), dtype=bool)
         kept = np.linalg.norm(self._within @ motions, axis=0)
         return kept > 0.5 * np.linalg.norm(motions, axis=0)
@@ -475,10 +474,10 @@ class Balance:
             parts.append(sparse)
             wide.append(beside)
         total, every = self._reduced(summed(parts, size)), self._narrowed(np.hstack(wide))
-        if self._planes is None:
+        if self._guides is None:
             return Stiffness(total, every, self._elimination)
-        # Motions off the planes, in which nothing else has a part, are stiffer than all others.
-        within, top = self._within, OFF_PLANE * float(np.abs(total.diagonal()).max(initial=0.0))
+        # Motions in held directions, in which nothing has a part, are stiffer than all others.
+        within, top = self._within, ACROSS * float(np.abs(total.diagonal()).max(initial=0.0))
         off = top * (identity(3 * len(self.free)) - within)
         kept = csc_matrix(within @ total @ within + off)
         return Stiffness(kept, np.asarray(within @ every), self._elimination)

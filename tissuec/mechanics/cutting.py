@@ -401,19 +401,13 @@ def _extend_sets(state: "State", copies: Indices, copied: Indices) -> None:
         if len(more):
             row = np.full(len(of), -1)
             row[motion.nodes] = np.arange(len(motion.nodes))
-            state.motions[name] = replace(
-                motion,
-                nodes=np.concatenate([motion.nodes, more]),
-                base=np.concatenate([motion.base, motion.base[row[of[more]]]]),
+            state.motions[name] = motion.some(
+                np.concatenate([motion.nodes, more]),
+                np.concatenate([np.arange(len(motion.nodes)), row[of[more]]]),
             )
-    if (planes := state.symmetry) is not None:
-        found = state.with_copies(planes.nodes)
-        row = np.full(len(of), -1)
-        row[planes.nodes] = np.arange(len(planes.nodes))
-        row[is_copy] = row[of[is_copy]]
-        block = next(each for each in state.blocks.values() if each.field is planes)
-        extended = replace(planes, nodes=found, projections=planes.projections[row[found]])
-        state.put(replace(block, field=extended))
+    for name, hold in state.directed.items():
+        state.directed[name] = replace(hold, nodes=state.with_copies(hold.nodes))
+    state.guide()
     for name, load in state.loads.items():
         state.loads[name] = _shared_load(state, load, is_copy, of)
 

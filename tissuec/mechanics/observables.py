@@ -92,7 +92,7 @@ def inner_forces(
     The mirror image balances their components across planes of symmetry.
     """
     forces = _spring_forces(state, position, velocity)
-    for acting in state.drawn_fields:
+    for acting in state.fields:
         acting.add_forces(time, position, velocity, forces.node)
     return forces
 
@@ -160,9 +160,9 @@ def _separate_fields(state: State, nodes: Indices) -> tuple[Field, ...] | None:
     embedded, is not among the fields.
     """
     if (embedding := state.embedding) is None:
-        return state.drawn_fields
+        return state.fields
     if np.isin(nodes, embedding.nodes).all():
-        return tuple(f for f in state.drawn_fields if not isinstance(f, EmbeddedNodes))
+        return tuple(f for f in state.fields if not isinstance(f, EmbeddedNodes))
     return None
 
 
@@ -227,6 +227,9 @@ def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
 def kinetic_energy(state: State, velocity: Floats, nodes: Indices | None = None) -> Floats:
     """Return Σ ½ m v² over the free nodes among ``nodes`` [J], shape (…)."""
     free = _free(state, nodes)
+    if state.guides is not None:  # without what is prescribed, as of driven nodes
+        velocity = velocity.copy()
+        state.guides.keep(velocity)
     moving = velocity[..., free, :]
     return 0.5 * _sum_each(state.inertia[free] * dot(moving, moving))
 

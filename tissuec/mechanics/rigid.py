@@ -148,7 +148,7 @@ class NeutralMotions:
         if balance.holds_slides:
             return cls(sliding(balance, x, mass), mass)
         position = balance.bars(x).position
-        touched, load, off = balance.touched(position), balance.present_load, balance.off_planes
+        touched, load, off = balance.touched(position), balance.present_load, balance.held_directions
         found = (
             _freedom(
                 piece, x[nodes], position[piece.anchors], mass[nodes], off[nodes], load[nodes]
@@ -230,7 +230,7 @@ def sliding(balance: Balance, x: Floats, mass: Floats) -> tuple[Freedom, ...]:
         x: Where the free nodes are [m], shape (free, 3).
         mass: Weights of the motions [kg], shape (free,).
     """
-    stiffness, off = balance.contact_matrix(x), balance.off_planes
+    stiffness, off = balance.contact_matrix(x), balance.held_directions
     found: list[Freedom] = []
     for piece in pieces(balance):
         place = x[piece.nodes]
@@ -254,7 +254,7 @@ def rigid_motions(balance: Balance, x: Floats) -> tuple[Freedom, ...]:
     Args:
         x: Where the free nodes are [m], shape (free, 3).
     """
-    position, off, mass = balance.bars(x).position, balance.off_planes, balance.mass
+    position, off, mass = balance.bars(x).position, balance.held_directions, balance.mass
     found = (
         _freedom(piece, x[nodes], position[piece.anchors], mass[nodes], off[nodes])
         for piece in pieces(balance, lone=True)

@@ -445,7 +445,7 @@ def _falling(balance: Balance, x: Floats) -> _Falling:
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)
     off = np.zeros((len(anchored), 3, 3))  # planes of symmetry bear what is across them
-    np.add.at(off, labels, balance.off_planes)
+    np.add.at(off, labels, balance.held_directions)
     total -= np.einsum("pij,pj->pi", np.linalg.pinv(off) @ off, total)
     most = UNLOADED * float(np.abs(balance.load).sum(axis=0).max())
     piece = np.flatnonzero(~anchored & (np.abs(total).max(axis=1) > most))

@@ -16,10 +16,12 @@ from tissuec.forces.acting.load import Drag, Load, LoadTerm, Nodal, Weight, tota
 from tissuec.forces.effects import Effect
 from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
-from tissuec.model.blocks import EMBEDDING, KINDS, OF_ELEMENTS, SYMMETRY, FieldBlock
+from tissuec.mechanics.guiding import DirectedHold, guides_of
+from tissuec.model.blocks import EMBEDDING, KINDS, OF_ELEMENTS, FieldBlock
 from tissuec.model.cut_cells import CutCells
 from tissuec.model.edges import bare_edges, joined_pairs, without
 from tissuec.model.knots import SURE, Knot
+from tissuec.model.guides import Guides
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.resistance import ClosingForce
@@ -29,7 +31,6 @@ from tissuec.model.topology import join_nodes_of
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.acting.embedding import EmbeddedNodes
     from tissuec.forces.acting.jets import Jet
-    from tissuec.forces.acting.symmetry import SymmetryPlanes
     from tissuec.forces.contact.contact import Contact
     from tissuec.forces.enclosed.kept_volumes import KeptVolumes
     from tissuec.forces.enclosed.pressure import SurfacePressure
@@ -78,6 +79,8 @@ class PrescribedMotion(Struct, frozen=True, eq=False):
         shifts: Translations.
         turn: At most one rotation.
         span: The sentence that ordered it.
+        change: By what missing vectors change positions, where nodes are moved in some
+            directions only, shape (driven, 3, 3); None in all.
     """
 
     nodes: Indices
@@ -85,6 +88,31 @@ class PrescribedMotion(Struct, frozen=True, eq=False):
     shifts: tuple[LoadTerm, ...]
     turn: PrescribedRotation | None
     span: Span
+    change: Floats | None = None
+
+    def some(self, nodes: Indices, row: Indices) -> "PrescribedMotion":
+        """Return the motion of nodes that move as some of its nodes do.
+
+        Args:
+            nodes: Shape (n,).
+            row: The place of the one that each is like, shape (n,).
+        """
+        change = None if self.change is None else self.change[row]
+        return replace(self, nodes=nodes, base=self.base[row], change=change)
+
+    def put(self, time: Floats | float, position: Floats, velocity: Floats) -> None:
+        """Set what is prescribed of positions and velocities.
+
+        Args:
+            time: Times [s], shape (…).
+            position, velocity: Of all nodes [m], [m/s], shape (…, node, 3); changed in place.
+        """
+        for found, of in zip(self.at(time), (position, velocity), strict=True):
+            if self.change is not None:
+                missing = found - of[..., self.nodes, :]
+                of[..., self.nodes, :] += np.einsum("nij,...nj->...ni", self.change, missing)
+            else:
+                of[..., self.nodes, :] = found
 
     def at(self, time: Floats | float) -> tuple[Floats, Floats]:
         """Return positions [m] and velocities [m/s] of the nodes, of shape (…, driven, 3)."""
@@ -116,6 +144,8 @@ class State(Struct, eq=False):
             those at ``time``.
         holders: Who holds which nodes ("fix" for fixed ones, otherwise a tool or set name);
             a node held by anybody is no unknown.
+        directed: Who holds which nodes in some directions, and which, by their keys.
+        guides: Nodes that are free in some directions only; None without any.
         motions: Prescribed motions under way, by the name of the tool or set that moves.
         loads: External forces, by name.
         blocks: What acts beside springs, by name.
@@ -141,6 +171,8 @@ class State(Struct, eq=False):
     gravity: Floats
     drag: float
     holders: dict[str, Indices] = field(default_factory=dict[str, Indices])
+    directed: dict[str, DirectedHold] = field(default_factory=dict[str, DirectedHold])
+    guides: Guides | None = None
     motions: dict[str, PrescribedMotion] = field(default_factory=dict[str, PrescribedMotion])
     loads: dict[str, Load] = field(default_factory=dict[str, Load])
     blocks: dict[str, FieldBlock] = field(default_factory=dict[str, FieldBlock])
@@ -188,6 +220,7 @@ class State(Struct, eq=False):
             gravity=np.asarray(gravity, dtype=float),
             drag=drag,
             holders=tools,
+            guides=network.guides,
             blocks={block.name: block for block in network.blocks},
         )
 
@@ -217,7 +250,8 @@ class State(Struct, eq=False):
         """Return which nodes, or some of their hosts, follow a path, shape (node,)."""
         driven = np.zeros(self.network.node_count, dtype=bool)
         for motion in self.motions.values():
-            driven[motion.nodes] = True
+            if motion.change is None:
+                driven[motion.nodes] = True
         if (embedding := self.embedding) is not None:
             driven[embedding.nodes] = embedding.any_of(driven)
         return driven
@@ -252,8 +286,8 @@ class State(Struct, eq=False):
     def braking(self) -> Floats:
         """Return the ambient damping of each node [N s/m], shape (node,)."""
         braking, own = np.full(self.network.node_count, float(self.drag)), self.network.drag
-        if (planes := self.symmetry) is not None:  # the mirror image brakes the other part
-            braking[planes.nodes] *= planes.share
+        if (guides := self.guides) is not None:  # the mirror image brakes the other part
+            braking[guides.nodes] *= guides.share
         if own is not None:  # followed by nodes of tools
             braking[: len(own)] += own[self.network.parents[: len(own)]]
         return braking if self.shares is None else braking * self.shares
@@ -603,7 +637,7 @@ class State(Struct, eq=False):
         It does not depend on when blocks were added.
         """
         rank = {kind: place for place, kind in enumerate(KINDS)}
-        rank |= {EMBEDDING: len(KINDS) + 1, SYMMETRY: len(KINDS) + 2}
+        rank[EMBEDDING] = len(KINDS) + 1
         blocks = self.blocks.values()
         return tuple(sorted(blocks, key=lambda block: rank.get(block.kind, len(KINDS))))
 
@@ -611,17 +645,6 @@ class State(Struct, eq=False):
     def fields(self) -> tuple[Field, ...]:
         """The fields that act beside springs, in the order in which they are added."""
         return tuple(self.named_fields.values())
-
-    @property
-    def drawn_fields(self) -> tuple[Field, ...]:
-        """The fields but for planes of symmetry: those of the part that is drawn."""
-        blocks = self.present_blocks
-        return tuple(b.field.intact(self.alive) for b in blocks if b.kind != SYMMETRY)
-
-    @property
-    def symmetry(self) -> "SymmetryPlanes | None":
-        """The planes of symmetry; None without any."""
-        return next(iter(self.of_kind(SYMMETRY)), None)
 
     @property
     def embedding(self) -> "EmbeddedNodes | None":
@@ -707,16 +730,26 @@ class State(Struct, eq=False):
             self.velocity[contact.memory[settled]] = 0.0
 
     def place_held(self) -> None:
-        """Move driven nodes to their paths and set every other held node at rest, at ``time``.
+        """Move driven nodes to their paths and let all else that is held rest, at ``time``.
 
         Threads that are drawn in or paid out are as long as they are then.
         """
         self.keep_rest()
         for nodes in self.holders.values():
             self.velocity[nodes] = 0.0
+        if self.guides is not None:
+            self.guides.keep(self.velocity)
         for motion in self.motions.values():
-            self.position[motion.nodes], self.velocity[motion.nodes] = motion.at(self.time)
+            motion.put(self.time, self.position, self.velocity)
         self.follow_hosts()
+
+    def guide(self) -> None:
+        """Find again which nodes are guided, after ``directed`` has changed."""
+        drawn = self.network.guides
+        if drawn is not None and self.is_cut:
+            nodes = self.with_copies(drawn.nodes)
+            drawn = drawn.some(nodes, self.network.parents[nodes])
+        self.guides = guides_of(drawn, self.directed.values(), self.network.node_count)
 
     def follow_hosts(self) -> None:
         """Set positions and velocities of embedded nodes by those of their hosts."""

@@ -31,9 +31,9 @@ def after_turns(balance: Balance, before: Floats, now: Floats) -> Floats | None:
 
     Returns:
         Positions of the free nodes [m], shape (free, 3); None if holders turn little, or
-        deform, or if planes of symmetry hold nodes, too.
+        deform, or if guides hold nodes, too.
     """
-    if balance.is_on_planes:
+    if balance.is_guided:
         return None
     ends, free = balance.links, balance.free
     is_free = np.zeros(len(before), dtype=bool)

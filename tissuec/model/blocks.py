@@ -23,8 +23,8 @@ KINDS = (
 )
 #: Kinds of finite elements that resist deformation: solids and walls.
 OF_ELEMENTS = ("elements", "membranes")
-#: Kinds whose forces follow those of all others, of ``force`` blocks as well, in this order.
-EMBEDDING, SYMMETRY = "embedding", "symmetry"
+#: The kind whose forces follow those of all others, of ``force`` blocks as well.
+EMBEDDING = "embedding"
 
 
 def name_of_force(name: str) -> str:
@@ -37,7 +37,7 @@ class FieldBlock(Struct, frozen=True, eq=False):
 
     Attributes:
         name: What messages call it; no two blocks of a net have the same.
-        kind: One of ``KINDS``, that of a ``force`` block, ``EMBEDDING`` or ``SYMMETRY``.
+        kind: One of ``KINDS``, that of a ``force`` block or ``EMBEDDING``.
         field: Nodes and numbers of the elements, with their force: a ``forces.Field``.
         span: The entry or order behind it; None where there are several.
     """

@@ -20,6 +20,7 @@ from tissuec.core.arrays import largest_side
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.model.blocks import EMBEDDING, OF_ELEMENTS, FieldBlock, NetSize
+from tissuec.model.guides import Guides
 from tissuec.model.interfaces import Interface
 from tissuec.model.phantoms import NO_RESERVE, Phantoms, Reserve
 from tissuec.model.resistance import CuttingResistance, SurfaceFriction
@@ -279,6 +280,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
             None without any.
         friction: Coefficients that tissues give to nodes and surfaces; None without any.
         cutting: The energy that blades need; None if they need none.
+        guides: Nodes on planes of symmetry; None without any.
         mirrored: Planes of symmetry; triangles between the nodes on one are no surface of the
             whole.
         provenance: Origins by array name ("mass", "stiffness", …).
@@ -304,6 +306,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     cutting: CuttingResistance | None = None
     edges: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
     phantoms: tuple[Phantoms, ...] = ()
+    guides: Guides | None = None
 
     def __post_init__(self) -> None:
         for value in (*astuple(self), *astuple(self.springs)):

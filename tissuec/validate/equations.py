@@ -35,7 +35,7 @@ from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
 from tissuec.validate.forces.membranes import MembraneWall
 from tissuec.validate.forces.pressure import PressedSkin, VolumeField
-from tissuec.validate.forces.supports import MirroredForces
+from tissuec.validate.forces.supports import GuidedMotion
 from tissuec.validate.forces.ties import CohesiveTies, GluedFaces, TiedPoints
 from tissuec.validate.yielding import RelaxingFields, Yielding
 
@@ -146,7 +146,8 @@ class Equations:
         self.elements = [one for one in self.fields if isinstance(one, of_elements)]
         self.ties = [one for one in self.fields if isinstance(one, TiedPoints)]
         smooth = [one for one in self.fields if one is not self.contact]
-        self.matrices = FieldMatrices(smooth, self.embedded, self.count)
+        self.guided = GuidedMotion(state.guides)
+        self.matrices = FieldMatrices(smooth, self.embedded, self.count, self.guided)
         self.bodies = network.body_nodes
         self.memory = network.remembering("friction") if touching is None else touching.memory
         own = state.braking, state.mass, state.mass * state.weighing
@@ -218,8 +219,6 @@ class Equations:
             case "contact":
                 assert self.contact is not None
                 return self.contact
-            case "symmetry":
-                return MirroredForces(field)
             case kind:
                 return FORMULAS[kind](field)
 
@@ -268,12 +267,21 @@ class Equations:
         """
         inside = self._inside(time)
         moved, velocity = self._still.copy(), np.zeros((self.rows, 3))
-        for motion in self.motions:
-            place, velocity[motion.nodes] = motion.at(inside)
-            moved[motion.nodes] = place - self.drawn[motion.nodes]
         size = 3 * len(self.free)
         moved[self.free] = y[:size].reshape(-1, 3)
         velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
+        for motion in self.motions:
+            place, speed = motion.at(inside)
+            shift = place - self.drawn[motion.nodes]
+            if motion.change is not None:
+                shift, speed = (
+                    old + (motion.change @ (new - old)[..., None])[..., 0]
+                    for new, old in (
+                        (shift, moved[motion.nodes]),
+                        (speed, velocity[motion.nodes]),
+                    )
+                )
+            moved[motion.nodes], velocity[motion.nodes] = shift, speed
         self.embedded.follow(moved)
         self.embedded.follow(velocity)
         if self.inner:
@@ -376,19 +384,6 @@ class Equations:
     def inner_forces(
         self, time: float, moved: Floats, velocity: Floats, springs: SpringStates
     ) -> Floats:
-        """Return what moves nodes of the forces of springs, pressure and contact [N].
-
-        What planes of symmetry bear is left out. The shape is (node, 3).
-        """
-        forces = self.drawn_forces(time, moved, velocity, springs)
-        for planes in self.fields:
-            if isinstance(planes, MirroredForces):
-                planes.add_forces(time, self.drawn + moved, velocity, forces)
-        return forces
-
-    def drawn_forces(
-        self, time: float, moved: Floats, velocity: Floats, springs: SpringStates
-    ) -> Floats:
         """Return the forces of springs, pressure and contact on every node [N].
 
         They are those of the part that is drawn. The shape is (node, 3).
@@ -396,8 +391,7 @@ class Equations:
         forces = self.node_forces(springs)
         inside = self._inside(time)
         for acting in self.fields:
-            if not isinstance(acting, MirroredForces):
-                acting.add_forces(inside, self.drawn + moved, velocity, forces)
+            acting.add_forces(inside, self.drawn + moved, velocity, forces)
         return self.embedded.shared(forces)
 
     def outside(self, time: float) -> Floats:
@@ -426,8 +420,12 @@ class Equations:
             work += self._drawing(time, springs.pull)
         lost = springs.brake @ springs.closing + self.drag @ np.einsum("nk,nk->n", own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
-        weight = self.heavy[:, None] * self.gravity
-        fall = (acting + weight) / self.mass[:, None]
+        pull = np.zeros_like(forces)
+        pull[self.free] = acting + self.heavy[:, None] * self.gravity
+        before = pull.copy()
+        self.guided.keep(pull)
+        work -= np.vdot(before - pull, velocity[: self.count])
+        fall = pull[self.free] / self.mass[:, None]
         bending, giving, wasted = self._bending(position, velocity), _NONE, 0.0
         if self.yielding.count:
             given = self.yielding.read(velocity)
@@ -474,9 +472,9 @@ class Equations:
         stiff = self.between(by_place) + self.matrices.by_place(inside, position)
         slow = self.between(by_speed) + self.matrices.by_speed(inside, position, velocity)
         falls = [
-            -lighter @ self.matrices.mirrored(stiff),
-            -lighter @ (self.matrices.mirrored(slow) + drag),
-            -lighter @ self.matrices.mirrored(stretching.T @ given.pull_by_variable),
+            -lighter @ self.matrices.kept(stiff),
+            -lighter @ (self.matrices.kept(slow) + drag),
+            -lighter @ self.matrices.kept(stretching.T @ given.pull_by_variable),
         ]
         moves = [sparse.csr_matrix((size, size)), sparse.identity(size), None]
         count = self.relaxing.count
@@ -517,7 +515,9 @@ class Equations:
         """Return the energies of a state [J]; ``springs`` is computed if it is not given."""
         inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
-        own = velocity[self.free]
+        own = velocity[: self.count].copy()
+        self.guided.keep(own)
+        own = own[self.free]
         stretch = (springs or self.pull(time, moved, velocity)).stretch
         stored = self.behaviour_at(time).energy(stretch).sum()
         stored += self.yielding.energy(stretch, self.yielding.read(velocity)) + sum(pressed)

@@ -23,7 +23,7 @@ from tissuec.validate.forces import ForceFormula
 from tissuec.validate.forces.bending import PlateBending
 from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.membranes import MembraneWall
-from tissuec.validate.forces.supports import MirroredForces
+from tissuec.validate.forces.supports import GuidedMotion
 from tissuec.validate.forces.ties import TiedPoints
 
 Floats = NDArray[np.float64]
@@ -39,13 +39,14 @@ class FieldMatrices:
         fields: All of them but contact.
         embedded: Of the net, with the nodes that are free and those that move.
         count: Number of all nodes.
+        guided: Directions in which nodes are free.
     """
 
-    def __init__(self, fields: Sequence[ForceFormula], embedded: EmbeddedPoints, count: int):
+    def __init__(self, fields: Sequence[ForceFormula], embedded: EmbeddedPoints, count: int, guided: GuidedMotion):
         self._fields, self._embedded, free = fields, embedded, embedded.moving
         self._free = free
         self._viscous = [one for one in fields if isinstance(one, VISCOUS)]
-        self._mirrors = [one for one in fields if isinstance(one, MirroredForces)]
+        self._guided = guided
         self._number = np.full(count, -1)
         self._number[free] = np.arange(len(free))
         self._coupling: tuple[tuple[Indices, Indices], list[Indices]] | None = None
@@ -74,13 +75,11 @@ class FieldMatrices:
                 )
         return self._embedded.reduced(found)
 
-    def mirrored(self, matrix: Any) -> Any:
-        """Return rows of a matrix, in any unit, within planes of symmetry."""
-        for one in self._mirrors:
-            count = len(self._embedded.free)
-            ways = one.ways(np.where(self._number < count, self._number, -1), count)
-            matrix = ways @ (ways.T @ matrix)
-        return matrix
+    def kept(self, matrix: Any) -> Any:
+        """Return rows of a matrix, in any unit, in the directions in which nodes are free."""
+        count = len(self._embedded.free)
+        ways = self._guided.ways(np.where(self._number < count, self._number, -1), count)
+        return matrix if ways is None else ways @ (ways.T @ matrix)
 
     def _forces(self, time: float, position: Floats, velocity: Floats) -> Floats:
         """Return the forces of all that is viscous on nodes that move [N]."""

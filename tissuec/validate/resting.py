@@ -23,7 +23,6 @@ from tissuec.model.network import ELEMENTS, Floats, Indices
 from tissuec.validate.equations import Equations, SpringStates
 from tissuec.validate.forces.activation import ActiveFibres
 from tissuec.validate.forces.pressure import PressedSkin
-from tissuec.validate.forces.supports import MirroredForces
 from tissuec.validate.stepping import ReferenceFailure
 
 COARSE = 1e-5  # of the largest force: up to here the energy decides the direction
@@ -321,7 +320,14 @@ class EnergyField:
         forces = self._equations.inner_forces(
             self._time, motion, self._flowed, self._springs(moved)
         )
-        return forces[self.free].ravel() + self._load
+        return self._kept(forces[self.free].ravel() + self._load)
+
+    def _kept(self, forces: Floats) -> Floats:
+        """Return the part of forces on free nodes that moves them [N], shape (3 free,)."""
+        every = np.zeros((self._equations.count, 3))
+        every[self.free] = forces.reshape(-1, 3)
+        self._equations.guided.keep(every)
+        return every[self.free].ravel()
 
     def freeze(self, moved: Floats) -> Floats:
         """Keep the present forces without a potential, and return them [N], shape (3 free,)."""
@@ -343,7 +349,7 @@ class EnergyField:
         """Return the forces on free nodes, with the frozen ones [N], shape (3 free,)."""
         if not (self._jets or self._sources):
             return self.force(moved)
-        return self.force(moved) - self._blown(moved) + self._frozen
+        return self.force(moved) + self._kept(self._frozen - self._blown(moved))
 
     def energy(self, moved: Floats) -> float:
         """Return the energy of the net less the work of loads and frozen forces [J].
@@ -392,10 +398,9 @@ class EnergyField:
             part = acting.matrix(self._time, place, number, len(embedded.moving))
             matrix = (matrix + embedded.reduced(part)).tocsr()
         number[embedded.nodes] = -1
-        for acting in self._equations.fields:
-            if isinstance(acting, MirroredForces):
-                ways = acting.ways(number, len(self.free))
-                off = identity(3 * len(self.free)) - ways @ ways.T
-                top = float(np.abs(matrix.diagonal()).max())
-                matrix = (ways @ (ways.T @ matrix @ ways) @ ways.T + top * off).tocsr()
+        ways = self._equations.guided.ways(number, len(self.free))
+        if ways is not None:
+            off = identity(3 * len(self.free)) - ways @ ways.T
+            top = float(np.abs(matrix.diagonal()).max())
+            matrix = (ways @ (ways.T @ matrix @ ways) @ ways.T + top * off).tocsr()
         return matrix

@@ -275,7 +275,7 @@ class Track:
         energies = self.measure(equations, self.due, y, springs)
         self.position[row] = equations.drawn + moved
         self.velocity[row] = velocity[: equations.count]
-        self.force[row] = equations.drawn_forces(self.due, moved, velocity, springs)
+        self.force[row] = equations.inner_forces(self.due, moved, velocity, springs)
         self.sizes[row] = self.scales.displacement, self.scales.speed
         self.energies[row] = *energies, *y[-2:], switched
         self.holders.append(holders)

@@ -23,7 +23,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.core.structs import replace
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.failure_messages import describe_spring
-from tissuec.model.blocks import EMBEDDING, KINDS, SYMMETRY
+from tissuec.model.blocks import EMBEDDING, KINDS
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.end import without_end
 from tissuec.validate import compare
@@ -251,7 +251,7 @@ def validate(
     started = clock.monotonic()
     network, plan = compiled.network, compiled.plan
     for block in network.blocks:
-        if block.kind not in (*KINDS, EMBEDDING, SYMMETRY, *FORMULAS):
+        if block.kind not in (*KINDS, EMBEDDING, *FORMULAS):
             raise ReferenceFailure(
                 f"the reference has no independent formula for {block.name}: no file in "
                 f'tissuec/validate/forces has a member "{block.kind}"'

@@ -139,7 +139,7 @@ def modes_of(
     except NotFound as error:
         text = "the modes could not be computed; request fewer modes"
         raise SimulationError(text) from error
-    is_inside = net.balance.keep_to_planes(vectors)
+    is_inside = net.balance.keep_to_guides(vectors)
     values, vectors = values[is_inside], vectors[:, is_inside]
     zero = ZERO * net.operator.top
     parts: list[tuple[Kind, float, Floats]] = [

@@ -28,7 +28,7 @@ from tissuec.learn.parameters.numbers import NETWORK, NumberOrder
 from tissuec.mechanics.settling import Remark, Unsettled, settle
 from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import LowRankFactor, SparseFactor, Stiffness
-from tissuec.model.blocks import SYMMETRY, FieldBlock
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.motion import EndMotion
@@ -99,8 +99,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         state.blocks = {
             name: FieldBlock(name, "", field, None) for name, field in fields.items()
         }
-        if leg.planes is not None:
-            state.put(FieldBlock(SYMMETRY, SYMMETRY, leg.planes, None))
+        state.guides = leg.guides
         state.position[:] = before + self.way
         state.velocity[:] = 0.0
         _settle(state, self.chosen, self.places)

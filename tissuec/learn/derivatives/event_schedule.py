@@ -7,7 +7,7 @@ and conditions come at the times at which the engine finds them.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct, field
@@ -17,14 +17,15 @@ from tissuec.compiled.calls import kernel_address
 from tissuec.compiled.record_tables import RecordTable
 from tissuec.core.structs import replace
 from tissuec.forces.acting.load import Load
-from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.fields import Field, acts_of
 from tissuec.forces.matrices import with_numbers
 from tissuec.forces.springs.spring_items import SpringItems, items_of
 from tissuec.kernels.derivative_records import ActingFields, Links, Values
-from tissuec.learn.derivatives.planes import (
+from tissuec.kernels.records import GuideTable
+from tissuec.learn.derivatives.guides import (
     add_nothing,
     project_changes,
+    project_forces,
     project_weights,
     pull_nothing,
     push_nothing,
@@ -36,10 +37,10 @@ from tissuec.learn.parameters.numbers import (
     derivatives_of,
     in_rows,
     internal_rows,
-    named_fields,
     numbers,
 )
 from tissuec.mechanics.state import PrescribedMotion, State
+from tissuec.model.guides import Guides
 from tissuec.model.network import Floats, Indices, Network
 
 AFTER = 1e-9  # of the time of a last event: what follows, to show what is after it
@@ -152,7 +153,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         holders: Who holds which nodes.
         changes: What the script made of arrays, by name.
         acting: What acts.
-        planes: Of symmetry; None without any.
+        guides: Nodes that are free in some directions only; None without any.
         order: Of all numbers.
         remembers: Whether what springs remember changes; at rest, it does not.
     """
@@ -172,7 +173,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     loads: tuple[Load, ...]
     changes: Mapping[str, ArrayChange]
     acting: ActingForces
-    planes: SymmetryPlanes | None
+    guides: Guides | None
     order: NumberOrder
     remembers: bool
     _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict[bytes, PrescribedPaths])
@@ -252,11 +253,13 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         if self.remembers:
             moves[internal_rows(self.network)] = False
         drag = self.drag + values.drag
-        if (planes := self.planes) is not None:  # the mirror image brakes the other part
-            drag[planes.nodes] -= self.drag * (1.0 - planes.share)
+        pull = (moves * self.weighing)[:, None] * self.gravity
+        if (guides := self.guides) is not None:  # the mirror image brakes the other part
+            drag[guides.nodes] -= self.drag * (1.0 - guides.share)
+            guides.keep(pull)
         return Links(
             np.where(free, 1.0 / values.mass, 0.0),
-            ((moves * self.weighing)[:, None] * self.gravity).ravel(),
+            pull.ravel(),
             np.where(moves, drag, 0.0),
             self.loaded,
             self.driven,
@@ -282,6 +285,10 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
             moves = ~self.held[acting.nodes]
             where = np.searchsorted(loaded, acting.nodes[moves])
             load[:, where] += acting.at(inside)[:, moves]
+        if self.guides is not None:
+            _, own, of = np.intersect1d(loaded, self.guides.nodes, return_indices=True)
+            within = self.guides.projections[of]
+            load[:, own] = np.einsum("nij,tnj->tni", within, load[:, own])
         shape = len(times), -1
         return PrescribedPaths(place.reshape(shape), speed.reshape(shape), load.reshape(shape))
 
@@ -336,7 +343,7 @@ def leg_of(
     """
     network, rows = state.network, np.arange(state.network.row_count)
     held = np.append(state.held, rows[network.internal_rows] >= 0)
-    acting = named_fields(state)
+    acting = state.named_fields
     if not remembers:
         acting = {name: field.relaxed for name, field in acting.items()}
     remembers = remembers and network.relaxes
@@ -363,14 +370,14 @@ def leg_of(
         tuple(state.loads.values()),
         dict(changes),
         ActingForces.of(springs, acting, own, order),
-        state.symmetry,
+        state.guides,
         order,
         remembers,
     )
 
 
 def acting_fields(
-    leg: Leg, fields: Sequence[Field], x: Floats, planes: SymmetryPlanes | None = None
+    leg: Leg, fields: Sequence[Field], x: Floats, guides: Guides | None = None
 ) -> ActingFields:
     """Return springs and fields for compiled code.
 
@@ -379,7 +386,7 @@ def acting_fields(
         fields: Those that act, with their numbers.
         x: Positions from which nodes move by no more than the reach of a field [m], shape
             (3 node,).
-        planes: Of symmetry, that act last.
+        guides: What they leave of the forces of all fields acts.
     """
     place = np.arange(leg.network.row_count, dtype=np.int64)
     position = x.reshape(-1, 3)[: leg.network.node_count]
@@ -387,21 +394,22 @@ def acting_fields(
     calls: list[tuple[int, int, int]] = []
     counts = [0]
 
-    def enter(one: Field, loops: Sequence[Callable[..., None]], count: int) -> None:
-        acts = acts_of(one.changes, leg.start, leg.stop)
-        table = RecordTable(one.table(place, acts, position))
+    def enter(record: Any, loops: Sequence[Callable[..., None]], count: int) -> None:
+        table = RecordTable(record)
         force, backwards, forwards = (kernel_address(loop, table) for loop in loops)
         calls.append((force, backwards, forwards))
         tables.append(table)
         counts.append(count)
 
-    if planes is not None:
-        enter(planes, (add_nothing, project_weights, push_nothing), 0)
+    guided = guides and GuideTable(guides.nodes, guides.projections.reshape(-1, 9))
+    if guided is not None:
+        enter(guided, (add_nothing, project_weights, push_nothing), 0)
     for one in fields:
         _, back, forward = derivatives_of(one)
-        enter(one, (one.kernel, back, forward), len(numbers(one)))
-    if planes is not None:
-        enter(planes, (planes.kernel, pull_nothing, project_changes), 0)
+        acts = acts_of(one.changes, leg.start, leg.stop)
+        enter(one.table(place, acts, position), (one.kernel, back, forward), len(numbers(one)))
+    if guided is not None:
+        enter(guided, (project_forces, pull_nothing, project_changes), 0)
     addresses = np.array(calls, dtype=np.int64).reshape(-1, 3).T
     return ActingFields(
         *(np.ascontiguousarray(part) for part in addresses),

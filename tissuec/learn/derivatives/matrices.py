@@ -74,9 +74,9 @@ def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatri
             kept, giving = tangents.matrices(size)
             by_x, by_v = by_x + kept, by_v + inverse @ giving
     beside = np.hstack(wide)
-    if (planes := act.leg.planes) is not None:
-        # Nodes on planes stay there, as if a stiffness held them.
-        within = planes.projection(number, size)
+    if (guides := act.leg.guides) is not None:
+        # Guided nodes keep to their directions, as if a stiffness held them.
+        within = guides.projection(number, size)
         top = float(np.abs(by_x.data).max(initial=0.0)) or 1.0
         across = sparse.identity(3 * size) - within
         by_x, by_v = within @ by_x @ within - top * across, within @ by_v @ within

@@ -72,7 +72,7 @@ def act_on(leg: Leg, values: Values, x: Floats, reach: float | None = None) -> L
     fields: tuple[Field, ...] = (*springs, *others.values())
     if reach is not None:
         fields = tuple(field.within(reach) for field in fields)
-    forces = Forces(leg.links(values), acting_fields(leg, fields, x, leg.planes))
+    forces = Forces(leg.links(values), acting_fields(leg, fields, x, leg.guides))
     return LegForces(leg, tabulated(forces), fields)
 
 

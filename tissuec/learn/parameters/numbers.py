@@ -15,7 +15,6 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.forces.acting.symmetry import SymmetryPlanes
 from tissuec.forces.fields import Field
 from tissuec.forces.matrices import ForceDerivatives, numbers_of, places_of
 from tissuec.kernels.derivative_records import Seeds, Sparse
@@ -49,14 +48,8 @@ def preserves(plan: "Plan") -> Iterator[Preserve]:
 
 
 def every_field(plan: "Plan", network: Network) -> Fields:
-    """Return all fields that act at any time, but for planes of symmetry."""
-    return named_fields(starting_state(plan, network))
-
-
-def named_fields(state: "State") -> dict[str, Field]:
-    """Return the fields of a state but for planes of symmetry, which have no numbers."""
-    every = state.named_fields
-    return {name: one for name, one in every.items() if not isinstance(one, SymmetryPlanes)}
+    """Return all fields that act at any time."""
+    return starting_state(plan, network).named_fields
 
 
 def derivatives_of(field: Field) -> ForceDerivatives:

@@ -145,13 +145,11 @@ def halt(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> None:
     """
     for name in filter(concerns, tuple(state.motions)):
         motion = state.motions[name]
-        stays = ~np.isin(motion.nodes, nodes)
-        if not stays.any():
+        stays = np.flatnonzero(~np.isin(motion.nodes, nodes))
+        if not len(stays):
             del state.motions[name]
-        elif not stays.all():
-            state.motions[name] = replace(
-                motion, nodes=motion.nodes[stays], base=motion.base[stays]
-            )
+        elif len(stays) < len(motion.nodes):
+            state.motions[name] = motion.some(motion.nodes[stays], stays)
 
 
 def let_go(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> Indices:

@@ -1,4 +1,4 @@
-"""Forces on nodes from what surrounds a body: foundations, and planes of symmetry."""
+"""What surrounds a body: forces of foundations, and guides that nodes cannot leave."""
 
 from typing import TYPE_CHECKING, Any, cast
 
@@ -12,7 +12,7 @@ from tissuec.validate.forces import FORMULAS, ForceFormula
 
 if TYPE_CHECKING:
     from tissuec.forces.acting.foundation import Bed
-    from tissuec.forces.acting.symmetry import SymmetryPlanes
+    from tissuec.model.guides import Guides
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -54,36 +54,42 @@ class Winkler(ForceFormula):
         return sparse.coo_matrix(sparse.diags(total.ravel()))
 
 
-class MirroredForces(ForceFormula):
-    """Nodes on planes of symmetry as a field that comes after all others.
+class GuidedMotion:
+    """Directions in which nodes are free, on planes of symmetry or by the script.
 
     Args:
-        planes: Read for nodes and planes.
+        guides: Read for nodes and directions; None without any.
     """
 
-    def __init__(self, planes: "SymmetryPlanes"):
-        self._nodes = planes.nodes
+    def __init__(self, guides: "Guides | None"):
+        self._nodes = [] if guides is None else guides.nodes.tolist()
+        free = [] if guides is None else [np.eye(3) - one for one in guides.projections]
         #: Directions in which each node can move, as columns.
-        self._ways: list[Floats] = [null_space(np.eye(3) - one) for one in planes.projections]
+        self._ways: list[Floats] = [null_space(one) for one in free]
 
-    def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
-        """Leave what forces do along the directions of each node [N], shape (node, 3)."""
+    def keep(self, vectors: Floats) -> None:
+        """Leave the part of vectors along the free directions of each node.
+
+        Args:
+            vectors: Of all nodes in any unit, shape (node, 3); changed in place.
+        """
         for node, ways in zip(self._nodes, self._ways, strict=True):
-            to[node] = ways @ (ways.T @ to[node])
+            vectors[node] = ways @ (ways.T @ vectors[node])
 
-    def matrix(self, time: float, position: Floats, number: Indices, size: int) -> coo_matrix:
-        """Return nothing [N/m]; see ``ways``."""
-        return coo_matrix((3 * size, 3 * size))
-
-    def ways(self, number: Indices, size: int) -> csr_matrix:
+    def ways(self, number: Indices, size: int) -> csr_matrix | None:
         """Return how nodes can move, by orthonormal columns, shape (3 size, way).
 
         Args:
             number: Of each node among those that may move, -1 for others.
             size: Number of nodes that may move.
+
+        Returns:
+            None where all can move in all directions.
         """
+        if not self._nodes:
+            return None
         blocks: list[Floats] = [np.eye(3)] * size
-        for node, ways in zip(number[self._nodes], self._ways, strict=True):
-            if node >= 0:
-                blocks[node] = ways
+        for node, ways in zip(self._nodes, self._ways, strict=True):
+            if number[node] >= 0:
+                blocks[number[node]] = ways
         return csr_matrix(cast(Any, block_diag(blocks, format="csr")))

@@ -22,7 +22,6 @@ from tissuec.core.units import LENGTH, show
 from tissuec.engine.execution.doubts import WATCHES, Finding
 from tissuec.geometry.nearest import CAPSULE, places
 from tissuec.mechanics.state import State
-from tissuec.model.blocks import SYMMETRY
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
 
@@ -181,14 +180,13 @@ class MirrorPlanes:
             * ~np.isin(np.arange(network.node_count), plane.nodes)
             for number, plane in enumerate(network.mirrored)
         ]
-        spans = (one.span for one in network.blocks if one.kind == SYMMETRY)
-        self._span = next(span for span in spans if span is not None)
+        assert network.guides is not None
+        self._span = network.guides.span
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
         """Return the watch of a run; None without planes of symmetry."""
-        has_planes = any(one.kind == SYMMETRY for one in network.blocks)
-        return cls(network) if has_planes and network.mirrored else None
+        return cls(network) if network.mirrored else None
 
     def look(self, state: State, position: Floats) -> Iterator[Finding]:
         """Yield the bodies that have nodes on the other side of a plane."""
