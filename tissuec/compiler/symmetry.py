@@ -77,9 +77,7 @@ def guides_of_planes(
     return Guides(nodes, within, share, planes[0].span)
 
 
-def shared_contact(
-    contact: Contact, guides: Guides, law: EnvironmentEntries
-) -> Contact:
+def shared_contact(contact: Contact, guides: Guides, law: EnvironmentEntries) -> Contact:
     """Return contact in which nodes on planes have the share of the drawn half.
 
     Args:

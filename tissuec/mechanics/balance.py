@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from tissuec.mechanics.inverses import Inverses
     from tissuec.mechanics.stiffness import Stiffness
 
-ACROSS = 1e2  # stiffness in directions in which guides hold nodes, relative to the largest of all others
+ACROSS = 1e2  # stiffness in held directions, relative to the largest of all others
 ROUNDING = 16.0 * float(np.finfo(float).eps)
 
 
@@ -308,8 +308,16 @@ class Balance:
         return forces
 
     def _kept(self, force: Floats) -> Floats:
-        """Return the part of forces in free directions [N], shape (free, 3)."""
+        """Return the part of forces, or of others, in free directions, shape (free, 3)."""
         return np.asarray(self._within @ force.ravel()).reshape(-1, 3)
+
+    def held_part(self, vectors: Floats) -> Floats:
+        """Return the part of vectors in directions in which guides hold nodes.
+
+        Args:
+            vectors: Of free nodes in any unit, shape (free, 3).
+        """
+        return np.zeros_like(vectors) if self._guides is None else vectors - self._kept(vectors)
 
     @property
     def across(self) -> int:

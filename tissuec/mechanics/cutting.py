@@ -405,8 +405,10 @@ def _extend_sets(state: "State", copies: Indices, copied: Indices) -> None:
                 np.concatenate([motion.nodes, more]),
                 np.concatenate([np.arange(len(motion.nodes)), row[of[more]]]),
             )
-    for name, hold in state.directed.items():
-        state.directed[name] = replace(hold, nodes=state.with_copies(hold.nodes))
+    state.directed = {
+        name: replace(hold, nodes=state.with_copies(hold.nodes))
+        for name, hold in state.directed.items()
+    }
     state.guide()
     for name, load in state.loads.items():
         state.loads[name] = _shared_load(state, load, is_copy, of)

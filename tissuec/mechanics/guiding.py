@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
+from tissuec.core.structs import replace
 from tissuec.model.guides import Floats, Guides, Indices, free_directions
 
 PARALLEL = 1e-9  # sine of the angle between directions that are one
@@ -32,11 +33,38 @@ class DirectedHold(Struct, frozen=True, eq=False):
     directions: Floats
     span: Span
 
+    def joined(self, other: "DirectedHold | None") -> "DirectedHold":
+        """Return the hold with the nodes of another one of the same key."""
+        if other is None:
+            return self
+        return replace(self, nodes=np.union1d(self.nodes, other.nodes))
+
     @property
     def key(self) -> str:
         """Return the name under which a state keeps it, and its motion."""
         ways = "; ".join(" ".join(f"{x:.12g}" for x in row + 0.0) for row in self.directions)
         return f"{self.holder} in {ways}"
+
+
+def overlap(one: Floats | None, other: Floats | None) -> bool:
+    """Return whether two holds have a direction in common; None is a hold in all."""
+    if one is None or other is None:
+        return True
+    both = np.concatenate([one, other])
+    return int(np.linalg.matrix_rank(both, tol=PARALLEL)) < len(both)
+
+
+def without(directions: Floats, others: Floats) -> Floats:
+    """Return the directions of a hold at right angles to those of others.
+
+    Args:
+        directions, others: Orthonormal each, shape (direction, 3).
+
+    Returns:
+        Orthonormal, shape (m, 3); there may be none.
+    """
+    _, sizes, ways = np.linalg.svd(others @ directions.T)
+    return np.asarray(ways[int((sizes > PARALLEL).sum()) :] @ directions)
 
 
 def across(direction: Floats) -> Floats:
@@ -88,9 +116,7 @@ def prescribing(others: Guides | None, nodes: Indices, directions: Floats) -> Fl
     if others is None:
         return found
     _, own, row = np.intersect1d(nodes, others.nodes, return_indices=True)
-    kinds, kind = np.unique(
-        others.projections[row].reshape(-1, 9), axis=0, return_inverse=True
-    )
+    kinds, kind = np.unique(others.projections[row].reshape(-1, 9), axis=0, return_inverse=True)
     changes = [_change(within.reshape(3, 3), directions) for within in kinds]
     found[own] = np.array(changes).reshape(-1, 3, 3)[kind.ravel()]
     return found

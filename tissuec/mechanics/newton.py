@@ -291,7 +291,7 @@ def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
     if turned is not None and balance.energy(turned, balance.bars(turned))[0] < energy:
         return turned
     moved = bars.position - before
-    moved[balance.free] = 0.0
+    moved[balance.free] = across = balance.held_part(moved[balance.free])
     start = before[balance.free]
     there = balance.bars_at(before)
     balance.freeze(there)
@@ -302,7 +302,7 @@ def predicted(balance: Balance, x: Floats, before: Floats) -> Floats:
     made = tangent_at(balance, there, neutral, force, ROUGH**2, matrices=(True, False))
     if made is None:
         return x
-    found = start + made[1]
+    found = start + across + made[1]
     return found if balance.energy(found, balance.bars(found))[0] < energy else x
 
 

@@ -148,7 +148,11 @@ class NeutralMotions:
         if balance.holds_slides:
             return cls(sliding(balance, x, mass), mass)
         position = balance.bars(x).position
-        touched, load, off = balance.touched(position), balance.present_load, balance.held_directions
+        touched, load, off = (
+            balance.touched(position),
+            balance.present_load,
+            balance.held_directions,
+        )
         found = (
             _freedom(
                 piece, x[nodes], position[piece.anchors], mass[nodes], off[nodes], load[nodes]

@@ -119,7 +119,7 @@ def settle(
     if not len(balance.free):
         return ()
     start = balance.start if guess is None else guess[balance.free]
-    start = set_down(balance, start)
+    start = set_down(balance, start - balance.held_part(start - balance.start))
     with np.errstate(over="ignore", invalid="ignore"):  # on the way to nowhere
         before = state.network.position if before is None else before
         if guess is None and _have_holders_moved(state, balance, start, before):
@@ -154,8 +154,11 @@ def _lost(balance: Balance, network: Network, x: Floats) -> tuple[Remark, ...]:
 def _have_holders_moved(state: State, balance: Balance, x: Floats, before: Floats) -> bool:
     """Return whether held nodes have moved far more than free ones."""
     held = state.held
+    shift = x - before[balance.free]
+    across = balance.held_part(shift)
     moved = norm(state.position[held] - before[held]).max(initial=0.0)
-    follows = norm(x - before[balance.free]).max(initial=0.0)
+    moved = max(moved, norm(across).max(initial=0.0))
+    follows = norm(shift - across).max(initial=0.0)
     return bool(moved > 0.0) and bool(follows <= FOLLOWS * moved)
 
 

@@ -16,12 +16,12 @@ from tissuec.forces.acting.load import Drag, Load, LoadTerm, Nodal, Weight, tota
 from tissuec.forces.effects import Effect
 from tissuec.forces.fields import Field
 from tissuec.forces.springs.springs import ChangingRestLengths, SpringForce
-from tissuec.mechanics.guiding import DirectedHold, guides_of
+from tissuec.mechanics.guiding import DirectedHold, guides_of, prescribing
 from tissuec.model.blocks import EMBEDDING, KINDS, OF_ELEMENTS, FieldBlock
 from tissuec.model.cut_cells import CutCells
 from tissuec.model.edges import bare_edges, joined_pairs, without
-from tissuec.model.knots import SURE, Knot
 from tissuec.model.guides import Guides
+from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.resistance import ClosingForce
@@ -744,12 +744,18 @@ class State(Struct, eq=False):
         self.follow_hosts()
 
     def guide(self) -> None:
-        """Find again which nodes are guided, after ``directed`` has changed."""
-        drawn = self.network.guides
+        """Find again which nodes are guided, and how motions do, after ``directed`` changed."""
+        drawn, count = self.network.guides, self.network.node_count
         if drawn is not None and self.is_cut:
             nodes = self.with_copies(drawn.nodes)
             drawn = drawn.some(nodes, self.network.parents[nodes])
-        self.guides = guides_of(drawn, self.directed.values(), self.network.node_count)
+        self.guides = guides_of(drawn, self.directed.values(), count)
+        for name, hold in self.directed.items():
+            if (motion := self.motions.get(name)) is not None:
+                rest = [one for one in self.directed.values() if one is not hold]
+                others = guides_of(drawn, rest, count)
+                change = prescribing(others, motion.nodes, hold.directions)
+                self.motions[name] = replace(motion, change=change)
 
     def follow_hosts(self) -> None:
         """Set positions and velocities of embedded nodes by those of their hosts."""

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from msgspec import Struct
 
+from tissuec.core.arrays import Floats
 from tissuec.core.hints import Hint
 from tissuec.core.units import LENGTH, NUMBER, Dimension
 from tissuec.script.verbs import Group, Mover, Order
@@ -371,6 +372,11 @@ def point(word: str, example: str = "(10, 0, 0) mm") -> VectorClause:
 def direction(word: str, example: str = "(0, 0, 1)") -> DirectionClause:
     """Return a clause with a direction."""
     return DirectionClause(word, what="direction", example=f"{word} {example}", place="VECTOR")
+
+
+#: Of what is held in one direction, and of what is held in all but one.
+Along = Annotated[Floats | None, direction("along", "(1, 0, 0)")]
+Across = Annotated[Floats | None, direction("across", "(1, 0, 0)")]
 
 
 def factor(word: str, sign: Literal["positive", "not negative"]) -> NumberClause:

@@ -42,7 +42,13 @@ class FieldMatrices:
         guided: Directions in which nodes are free.
     """
 
-    def __init__(self, fields: Sequence[ForceFormula], embedded: EmbeddedPoints, count: int, guided: GuidedMotion):
+    def __init__(
+        self,
+        fields: Sequence[ForceFormula],
+        embedded: EmbeddedPoints,
+        count: int,
+        guided: GuidedMotion,
+    ):
         self._fields, self._embedded, free = fields, embedded, embedded.moving
         self._free = free
         self._viscous = [one for one in fields if isinstance(one, VISCOUS)]

@@ -1,6 +1,7 @@
 """Checks of what a scene writes without effect: rules, shapes, friction, limits, cuts."""
 
 from collections.abc import Iterator, Sequence
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ from tissuec.scene.tissues.quantities import (
     LIMITS,
     QUANTITIES,
 )
-from tissuec.script.verbs import Breaking, Shifting, follows
+from tissuec.script.verbs import Action, Breaking, Shifting, follows
 from tissuec.script.verbs.cut import SCISSORS, Cut
 from tissuec.script.verbs.hold import Fix, Hold
 from tissuec.script.verbs.holding import Driven, Freed, Holding
@@ -354,7 +355,7 @@ def unfelt_blades(compiled: Compiled) -> Iterator[Diagnostic]:
 def idle_actions(compiled: Compiled) -> Iterator[Diagnostic]:
     """W417: what is done to nodes that are fixed for good, and scenes of which all is fixed."""
     fixed, plan = fixed_since(compiled), compiled.plan
-    fixes = [event.action for event in plan.events if isinstance(event.action, Fix)]
+    fixes = [event.action for event in plan.events if _is_whole_fix(event.action)]
     network = compiled.network
     own = fixed[network.parents[: network.body_nodes]]
     if fixes and len(own) and not own.any():
@@ -390,7 +391,7 @@ def fixed_since(compiled: Compiled) -> NDArray[np.float64]:
     network, plan = compiled.network, compiled.plan
     fixed = np.full(network.node_count, np.inf)
     for event in plan.events:
-        if isinstance(event.action, Fix):
+        if _is_whole_fix(event.action):
             nodes = event.action.group.indices
             fixed[nodes] = np.minimum(fixed[nodes], event.time)
     for event in plan.every_event:
@@ -402,6 +403,11 @@ def fixed_since(compiled: Compiled) -> NDArray[np.float64]:
             case _:
                 pass
     return fixed
+
+
+def _is_whole_fix(action: Action) -> TypeGuard[Fix]:
+    """Return whether an action fixes nodes in all directions."""
+    return isinstance(action, Fix) and action.directions is None
 
 
 def _fixed_twice(fixes: Sequence[Fix], fixed: NDArray[np.float64]) -> Iterator[Diagnostic]:

@@ -13,7 +13,8 @@ from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.hints import proposal
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
-from tissuec.model.network import Indices, ToolPart, numbers_in
+from tissuec.mechanics.guiding import overlap
+from tissuec.model.network import Floats, Indices, ToolPart, numbers_in
 from tissuec.script.plan import ScheduledAction, Trigger
 from tissuec.script.verbs import Mover, follows
 from tissuec.script.verbs.holding import (
@@ -47,6 +48,15 @@ class DrivenNodes(Struct, frozen=True):
     nodes: Indices
     start: float
     stop: float
+    span: Span
+    directions: Floats | None = None
+
+
+class DirectedNodes(Struct, frozen=True, eq=False):
+    """Nodes that are held in some directions from some time on."""
+
+    nodes: Indices
+    directions: Floats
     span: Span
 
 
@@ -87,22 +97,27 @@ class _HoldHistory:
         self.taken: dict[tuple[str, Span], HeldNodes] = {}
         self.driven: dict[tuple[str, Span], DrivenNodes] = {}
         self.fixed: dict[Span, Indices] = {}
+        self.directed: list[DirectedNodes] = []
 
     def tell(self, event: ScheduledAction) -> Iterator[Diagnostic]:
         """Enter an event, and yield its errors."""
         time, span = event.time, event.action.span
         match change_of(event):
-            case Fixed(nodes=nodes):
+            case Fixed(nodes=nodes, directions=None):
                 self.fixed[span] = nodes
-            case Taken(holder=holder, nodes=nodes):
+            case Fixed(nodes=nodes, directions=directions):
+                yield from self._guide(nodes, directions, span)
+            case Taken(holder=holder, nodes=nodes, directions=directions):
                 self._take(holder, nodes, time, span)
-            case Driven(mover=mover, duration=duration):
+                yield from self._guide(nodes, directions, span)
+            case Driven(mover=mover, duration=duration, directions=directions):
                 nodes = self._moved(mover)
+                yield from self._guide(nodes, directions, span)
                 if self.certain and mover.nodes is None and not len(nodes):
                     yield _idle(mover, time, span)
                 self._take(mover.name, nodes, time, span)
                 lasting = np.inf if duration is None else duration
-                new = DrivenNodes(mover.name, nodes, time, time + lasting, span)
+                new = DrivenNodes(mover.name, nodes, time, time + lasting, span, directions)
                 yield from _conflicts(new, tuple(self.driven.values()))
                 self.driven[mover.name, span] = new
                 if not self.may_free:
@@ -123,11 +138,42 @@ class _HoldHistory:
                     self._let_go(group.indices)
             case Freed(nodes=nodes):
                 self._let_go(nodes)
+                self.directed = [
+                    DirectedNodes(np.setdiff1d(one.nodes, nodes), one.directions, one.span)
+                    for one in self.directed
+                ]
                 self.fixed = {
                     span: np.setdiff1d(fixed, nodes) for span, fixed in self.fixed.items()
                 }
             case None:
                 pass
+
+    def _guide(
+        self, nodes: Indices, directions: Floats | None, span: Span
+    ) -> Iterator[Diagnostic]:
+        """Enter a hold in some directions; yield an error if these depend on earlier ones."""
+        if directions is None:
+            return
+        beside = [
+            one
+            for one in self.directed
+            if one.span != span and not overlap(one.directions, directions)
+        ]
+        shared = np.array([np.isin(nodes, one.nodes) for one in beside]).reshape(-1, len(nodes))
+        for kind in np.unique(shared, axis=1).T:
+            own = [one for one, has in zip(beside, kind, strict=True) if has]
+            if len(own) > 1 and overlap(
+                np.concatenate([one.directions for one in own]), directions
+            ):
+                yield Diagnostic(
+                    "TIS402",
+                    "the directions in which these nodes are held depend on one another",
+                    span,
+                    "leave one of them out, or make the directions perpendicular",
+                    tuple(Note("another direction", one.span) for one in own),
+                )
+                return
+        self.directed.append(DirectedNodes(nodes, directions, span))
 
     def _take(self, holder: str, nodes: Indices, time: float, span: Span) -> None:
         former = self.taken.get((holder, span))
@@ -155,7 +201,8 @@ class _HoldHistory:
     def _fixed(self, new: DrivenNodes) -> Iterator[Diagnostic]:
         """Yield a warning if nodes are moved that a sentence fixes: the later order wins."""
         for span, nodes in self.fixed.items():
-            if common := int(np.isin(nodes, new.nodes).sum()):
+            common = int(np.isin(nodes, new.nodes).sum())
+            if common and new.directions is None:
                 yield Diagnostic(
                     "W409",
                     f"{new.mover} moves {counted(common, 'fixed node')} from "
@@ -200,6 +247,7 @@ def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
 def _conflicts(new: DrivenNodes, driven: Sequence[DrivenNodes]) -> Iterator[Diagnostic]:
     for old in driven:
         overlaps = new.start < old.stop * (1 - 1e-12) and old.mover != new.mover
+        overlaps = overlaps and overlap(old.directions, new.directions)
         common = np.intersect1d(old.nodes, new.nodes) if overlaps else _NOTHING
         if len(common):
             yield Diagnostic(

@@ -12,6 +12,7 @@ from tissuec.engine.integrators.banded import assemble, solve
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.forces.accelerations import force, place
 from tissuec.forces.acting.embedding_kernel import follow
+from tissuec.kernels.boundary_conditions import guide
 from tissuec.kernels.records import LOOKED, Floats, Net, Work
 from tissuec.kernels.stages import combine
 from tissuec.kernels.vectors import accumulate, length, quadrature, scale, subtract
@@ -145,11 +146,13 @@ def begin_stage(
     then = time + h * float(work.tableau.for_x[stage, 0])
     enter_stage(then, h, stage, current, x, v, work, net)
     if careful and work.solver.made[4] == 1.0:
-        stand_still(q, work.x[current], a, x, v, net)
+        stand_still(then, q, work.x[current], a, x, v, net)
     return then
 
 
-def stand_still(q: float, start: Floats, a: Floats, x: Floats, v: Floats, net: Net) -> None:
+def stand_still(
+    then: float, q: float, start: Floats, a: Floats, x: Floats, v: Floats, net: Net
+) -> None:
     """Change the accelerations of free nodes so that they are at the start of the step."""
     for node in range(net.inverse_mass.size):
         if net.inverse_mass[node] > 0.0:
@@ -158,6 +161,9 @@ def stand_still(q: float, start: Floats, a: Floats, x: Floats, v: Floats, net: N
                 a[i] += change / q
                 v[i] += change
                 x[i] = start[i]
+    if net.guided:  # what is held in some directions is where it is then
+        guide(a, v, net.inverse_mass, net.guides)
+        place(then, x, v, net)
     if net.embedded:
         follow(a, net.embedding)
         follow(x, net.embedding)

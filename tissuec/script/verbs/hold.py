@@ -4,10 +4,12 @@ from typing import Annotated, ClassVar
 
 from msgspec import Struct
 
+from tissuec.core.arrays import Floats
 from tissuec.core.source import Span
+from tissuec.mechanics.guiding import DirectedHold
 from tissuec.mechanics.state import State
 from tissuec.script.forms import VerbSentence
-from tissuec.script.parts import Lasting, Moved, Nodes, Refusal, ToolClause
+from tissuec.script.parts import Across, Along, Lasting, Moved, Nodes, ToolClause
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import (
     FIX,
@@ -16,36 +18,33 @@ from tissuec.script.verbs.holding import (
     Released,
     Taken,
     gripped,
+    guide,
     held_by,
+    held_in,
     let_go,
+    refuse_both,
     sentence,
     take,
+    unguide,
 )
 from tissuec.script.verbs.motion import joined
-
-#: Holds of single directions, as rollers of other programs are.
-WHOLE = {
-    "along": Refusal(
-        "nodes are held in all directions or in none",
-        "for a roller, write a plane of symmetry in the environment, on which nodes slide: "
-        "symmetric about plane through (0, 0, 0) mm facing (1, 0, 0); for a body that is "
-        "stretched between such planes, also: prestress along (1, 0, 0)",
-    )
-}
 
 
 class EndHold(Struct, frozen=True):
     """The end of a hold for an interval, unless the set was held again in the meantime."""
 
-    holder: str
+    holder: str  # or the key of a hold in some directions
     time: float  # [s]
     span: Span
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if state.hold_ends.get(self.holder) != self.time:
             return ()
-        nodes = held_by(state, self.holder)
-        let_go(state, nodes, lambda holder: holder == self.holder)
+        if (hold := state.directed.get(self.holder)) is not None:
+            unguide(state, hold)
+        else:
+            nodes = held_by(state, self.holder)
+            let_go(state, nodes, lambda holder: holder == self.holder)
         # Kept, so that a release at the same time is known to have been obeyed already.
         state.hold_ends[self.holder] = self.time
         return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
@@ -56,23 +55,39 @@ class Hold(VerbSentence, frozen=True):
     """Holds nodes where they are, for the interval or until ``release`` or ``free``.
 
     It ends motions of these nodes. A later ``hold`` or ``move`` of the same set replaces it.
+    With ``along`` or ``across``, nodes are held in some directions only, as with ``fix``.
     """
 
-    refused: ClassVar = WHOLE
-
     group: Nodes
+    along: Along
+    across: Across
     duration: Lasting
 
+    def action(self, order: Order) -> Action:
+        refuse_both(self.along, self.across, order)
+        return self
+
+    @property
+    def directions(self) -> Floats | None:
+        """Return those in which nodes are held, shape (direction, 3); None for all."""
+        return held_in(self.along, self.across)
+
     def holding(self) -> Taken:
-        return Taken(self.group.name, self.group.indices)
+        return Taken(self.group.name, self.group.indices, self.directions)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        take(state, self.group.name, self.group.indices)
-        state.hold_ends.pop(self.group.name, None)
+        name, nodes = self.group.name, self.group.indices
+        if (directions := self.directions) is not None:
+            hold = DirectedHold(name, nodes, directions, self.span)
+            guide(state, hold)
+            name = hold.key
+        else:
+            take(state, name, nodes)
+        state.hold_ends.pop(name, None)
         if self.duration is not None:
             end = state.time + self.duration
-            state.hold_ends[self.group.name] = end
-            queue.add(end, EndHold(self.group.name, end, self.span))
+            state.hold_ends[name] = end
+            queue.add(end, EndHold(name, end, self.span))
         return (LoggedEvent("hold", (), sentence(self.span), self.span),)
 
 
@@ -80,19 +95,34 @@ class Hold(VerbSentence, frozen=True):
 class Fix(VerbSentence, frozen=True):
     """Holds nodes in place from this time on; only ``free`` ends this.
 
-    Moving nodes stop where they are.
+    Moving nodes stop where they are. ``along`` holds them in one direction only, like rollers
+    on a plane at right angles to it; ``across`` holds them in the two directions at right
+    angles to one, so that they can slide along it. Several such sentences add up.
     """
 
     meant: ClassVar[str] = "pin anchor constrain immobilise immobilize clip"
-    refused: ClassVar = WHOLE
 
     group: Nodes
+    along: Along
+    across: Across
+
+    def action(self, order: Order) -> Action:
+        refuse_both(self.along, self.across, order)
+        return self
+
+    @property
+    def directions(self) -> Floats | None:
+        """Return those in which nodes are held, shape (direction, 3); None for all."""
+        return held_in(self.along, self.across)
 
     def holding(self) -> Fixed:
-        return Fixed(self.group.indices)
+        return Fixed(self.group.indices, self.directions)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        take(state, FIX, self.group.indices)
+        if (directions := self.directions) is not None:
+            guide(state, DirectedHold(FIX, self.group.indices, directions, self.span))
+        else:
+            take(state, FIX, self.group.indices)
         return (LoggedEvent("fix", (), sentence(self.span), self.span),)
 
 

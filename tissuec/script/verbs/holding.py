@@ -13,18 +13,24 @@ from msgspec import Struct
 from tissuec.core.arrays import distinct, divided
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
+from tissuec.mechanics.guiding import DirectedHold, across, overlap, without
 from tissuec.mechanics.state import State
-from tissuec.model.network import Indices
-from tissuec.script.verbs import Action, Group, Mover, follows
+from tissuec.model.network import Floats, Indices
+from tissuec.script.verbs import Action, Group, Mover, Order, follows
 
 FIX = "fix"
 _NOTHING = np.zeros(0, dtype=np.int64)
 
 
 class Fixed(Struct, frozen=True, eq=False):
-    """Nodes are held until they are freed, whatever else is released."""
+    """Nodes are held until they are freed, whatever else is released.
+
+    ``directions`` are those in which nodes are held, here and below, shape (direction, 3); None
+    for all.
+    """
 
     nodes: Indices
+    directions: Floats | None = None
 
 
 class Taken(Struct, frozen=True, eq=False):
@@ -32,6 +38,7 @@ class Taken(Struct, frozen=True, eq=False):
 
     holder: str
     nodes: Indices
+    directions: Floats | None = None
 
 
 class Driven(Struct, frozen=True, eq=False):
@@ -39,6 +46,7 @@ class Driven(Struct, frozen=True, eq=False):
 
     mover: Mover
     duration: float | None
+    directions: Floats | None = None
 
 
 class JawsMoved(Struct, frozen=True, eq=False):
@@ -83,9 +91,9 @@ def nodes_held_by(action: Action) -> Indices:
     if not follows(action, Holding):
         return _NOTHING
     match action.holding():
-        case Fixed(nodes) | Taken(_, nodes):
+        case Fixed(nodes=nodes) | Taken(nodes=nodes):
             return nodes
-        case Driven(mover, _):
+        case Driven(mover=mover):
             return _NOTHING if mover.nodes is None else mover.nodes
         case _:
             return _NOTHING
@@ -135,6 +143,74 @@ def add_to_held(state: State, holder: str, nodes: Indices) -> None:
     state.holders[holder] = np.flatnonzero(held)
 
 
+def held_in(along: Floats | None, along_all_but: Floats | None) -> Floats | None:
+    """Return the directions in which a sentence holds nodes, (direction, 3); None for all.
+
+    Args:
+        along: The one in which they are held.
+        along_all_but: The one in which they are free.
+    """
+    if along is not None:
+        return along[None]
+    return None if along_all_but is None else across(along_all_but)
+
+
+def refuse_both(along: Floats | None, along_all_but: Floats | None, order: Order) -> None:
+    """Refuse a sentence that states both a held direction and a free one."""
+    if along is not None and along_all_but is not None:
+        order.reject(
+            "TIS304",
+            "nodes are held along a direction, or across one, but not both in one sentence",
+            hint="write two sentences",
+            word="across",
+        )
+
+
+def unguide(state: State, hold: DirectedHold) -> None:
+    """End a hold in some directions; its nodes keep the velocities that they have now."""
+    state.place_held()
+    halt(state, hold.nodes, lambda name: name == hold.key)
+    state.directed = {n: one for n, one in state.directed.items() if n != hold.key}
+    state.guide()
+
+
+def guide(state: State, hold: DirectedHold) -> None:
+    """Hold nodes in some directions from now on; what held them in these before ends.
+
+    Args:
+        state: Changed in place.
+        hold: The hold, or more nodes of one that is there.
+    """
+    state.place_held()
+    if hold.holder != FIX and (whole := state.holders.get(hold.holder)) is not None:
+        _, stays = divided(whole, hold.nodes)
+        state.holders = {n: each for n, each in state.holders.items() if n != hold.holder}
+        if len(stays):
+            state.holders[hold.holder] = stays
+    directed = dict[str, DirectedHold]()
+    for name, other in state.directed.items():
+        shared, stays = divided(other.nodes, hold.nodes)
+        if (
+            name == hold.key
+            or not len(shared)
+            or not overlap(other.directions, hold.directions)
+        ):
+            directed[name] = other
+            continue
+        halt(state, shared, lambda moving, name=name: moving == name)
+        left = without(other.directions, hold.directions)
+        for part in (
+            replace(other, nodes=stays),
+            replace(other, nodes=shared, directions=left),
+        ):
+            if len(part.nodes) and len(part.directions):
+                directed[part.key] = part.joined(directed.get(part.key))
+    directed[hold.key] = hold.joined(directed.get(hold.key))
+    state.directed = directed
+    state.guide()
+    state.place_held()
+
+
 def halt(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> None:
     """Remove nodes from the motions selected by ``concerns``.
 
@@ -153,7 +229,7 @@ def halt(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> None:
 
 
 def let_go(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> Indices:
-    """End the hold of selected holders on some nodes.
+    """End the hold of selected holders on some nodes, in all directions or in some.
 
     A node that is no longer held keeps the velocity that it has at this time.
 
@@ -166,8 +242,18 @@ def let_go(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> Ind
         The nodes that were released, ascending.
     """
     state.place_held()
-    halt(state, nodes, concerns)
+    kept = {name: hold for name, hold in state.directed.items() if not concerns(hold.holder)}
+    ended = state.directed.keys() - kept.keys()
+    halt(state, nodes, lambda name: name in ended or (name not in kept and concerns(name)))
     found = [_NOTHING]
+    for name in ended:
+        released, stays = divided(state.directed[name].nodes, nodes)
+        found.append(released)
+        if len(stays):
+            kept[name] = replace(state.directed[name], nodes=stays)
+    if ended:
+        state.directed = kept
+        state.guide()
     for name in filter(concerns, tuple(state.holders)):
         held = state.holders.pop(name)
         released, stays = divided(held, nodes)

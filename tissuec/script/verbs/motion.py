@@ -13,11 +13,12 @@ from tissuec.core.arrays import divided
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
 from tissuec.forces.acting.load import LoadTerm
+from tissuec.mechanics.guiding import DirectedHold
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import EventQueue, LoggedEvent, Mover
-from tissuec.script.verbs.holding import add_to_held, halt, held_by, sentence
+from tissuec.script.verbs.holding import add_to_held, guide, halt, held_by, sentence
 
 
 class EndMotion(Struct, frozen=True):
@@ -46,7 +47,8 @@ def set_off(
     *,
     shifts: tuple[LoadTerm, ...] = (),
     turn: PrescribedRotation | None = None,
-) -> None:
+    directions: Floats | None = None,
+) -> str:
     """Let a mover hold its nodes and follow an additional path whose profiles begin now.
 
     Args:
@@ -55,24 +57,36 @@ def set_off(
         span: The sentence.
         shifts: Displacements times profiles.
         turn: Rotation about its present centre; it replaces a turn that is under way.
+        directions: In which nodes are held, orthonormal, shape (direction, 3); None for all.
+
+    Returns:
+        The name of the motion in the state.
     """
-    nodes = driven_by(state, mover)
+    nodes, name, change = driven_by(state, mover), mover.name, None
     state.place_held()
-    add_to_held(state, mover.name, nodes)
-    state.hold_ends.pop(mover.name, None)
-    halt(state, nodes, lambda name: name != mover.name)
+    if directions is None:
+        add_to_held(state, name, nodes)
+        halt(state, nodes, lambda other: other != name)
+    else:
+        hold = DirectedHold(name, nodes, directions, span)
+        guide(state, hold)
+        name, change = hold.key, np.zeros((0, 3, 3))
+    state.hold_ends.pop(name, None)
     if turn is not None:
         stop_turning(state, mover.name)
     motion = state.motions.get(
-        mover.name, PrescribedMotion(nodes[:0], np.zeros((0, 3)), (), None, span)
+        name, PrescribedMotion(nodes[:0], np.zeros((0, 3)), (), None, span, change)
     )
     motion = joined(motion, state, nodes)
     if turn is not None:
         turn = replace(turn, centre=turn.centre - _shift(motion, state.time))
-    state.motions[mover.name] = replace(
+    state.motions[name] = replace(
         motion, shifts=motion.shifts + shifts, turn=turn or motion.turn, span=span
     )
+    if directions is not None:
+        state.guide()
     state.place_held()
+    return name
 
 
 def joined(motion: PrescribedMotion, state: State, nodes: Indices) -> PrescribedMotion:
@@ -117,12 +131,13 @@ def settle(
 
 def stop_shifting(state: State, mover: str) -> bool:
     """End the translations of a mover where they are; return whether there were any."""
-    motion = state.motions.get(mover)
-    if motion is None or not motion.shifts:
-        return False
-    profiles = [term.profile for term in motion.shifts]
-    settle(state, mover, lambda profile: profile in profiles, state.time)
-    return True
+    directed = [name for name, hold in state.directed.items() if hold.holder == mover]
+    names = [name for name in (mover, *directed) if name in state.motions]
+    names = [name for name in names if state.motions[name].shifts]
+    for name in names:
+        profiles = [term.profile for term in state.motions[name].shifts]
+        settle(state, name, lambda profile, own=profiles: profile in own, state.time)
+    return bool(names)
 
 
 def stop_turning(state: State, mover: str) -> bool:

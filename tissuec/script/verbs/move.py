@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from tissuec.core.arrays import norm
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH
 from tissuec.forces.acting.load import LoadTerm
@@ -15,6 +16,8 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.script.forms import VerbSentence
 from tissuec.script.parts import (
     MOVING,
+    Across,
+    Along,
     AngleClause,
     Lasting,
     Moved,
@@ -24,12 +27,13 @@ from tissuec.script.parts import (
     direction,
     point,
 )
-from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover
-from tissuec.script.verbs.holding import Driven, sentence
+from tissuec.script.verbs import VERBS, Action, EventQueue, LoggedEvent, Mover, Order
+from tissuec.script.verbs.holding import Driven, held_in, refuse_both, sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
 
 #: How the vector of a motion can be written.
 SHIFT = "by (0, 0, 1) mm"
+ASLANT = 1e-9  # part of a vector outside of the directions of a hold, by rounding
 
 
 @VERBS.member("move")
@@ -40,7 +44,9 @@ class Move(VerbSentence, frozen=True):
     for time, x, y and z, relative to the positions at the start. After the motion, a set stays
     held exactly where it ended, at rest, until it is released. A tool moves the nodes that it
     holds; a tool that holds nothing moves no nodes. Simultaneous motions of a set or tool add
-    up. Motions of two sets or tools cannot drive the same node at the same time.
+    up. Motions of two sets or tools cannot drive the same node at the same time. With ``along``
+    or ``across``, nodes are moved and held in some directions only, as with ``fix``, and follow
+    the forces on them in the others.
     """
 
     meant: ClassVar[str] = "lift raise lower drag shift translate displace advance retract draw"
@@ -55,11 +61,41 @@ class Move(VerbSentence, frozen=True):
         Floats | None,
         VectorClause("by", LENGTH, what="vector of the motion", example=SHIFT, moves=True),
     ]
+    along: Along
+    across: Across
     profiles: Annotated[tuple[TimeProfile, ...], ProfileClause("", "", path="by")]
     duration: Lasting
 
+    def action(self, order: Order) -> Action:
+        refuse_both(self.along, self.across, order)
+        word = "across" if self.along is None else "along"
+        if (directions := self.directions) is None:
+            return self
+        if self.mover.nodes is None:
+            order.reject(
+                "TIS306", "tools move in all directions",
+                hint=f"move a set {word} a direction, or remove this", word=word,
+            )  # fmt: skip
+        if self.by is None:
+            order.reject(
+                "TIS304", f'a path in a table does not go with "{word}"',
+                hint=f"write {SHIFT} before it, and a table of time and factor", word=word,
+            )  # fmt: skip
+        missing = self.by - directions.T @ (directions @ self.by)
+        if norm(missing) > ASLANT * norm(self.by):
+            order.reject(
+                "TIS306", "the motion leaves the directions in which the nodes are held",
+                hint=f"its vector must lie {word} this direction", word=word,
+            )  # fmt: skip
+        return self
+
+    @property
+    def directions(self) -> Floats | None:
+        """Return those in which nodes are held, shape (direction, 3); None for all."""
+        return held_in(self.along, self.across)
+
     def holding(self) -> Driven:
-        return Driven(self.mover, self.duration)
+        return Driven(self.mover, self.duration, self.directions)
 
     @property
     def vectors(self) -> tuple[Floats, ...]:
@@ -76,9 +112,9 @@ class Move(VerbSentence, frozen=True):
             return (nothing_to_move(self.mover, self.span),)
         begun, stop = schedule(queue, self.profiles, state.time, self.duration)
         shifts = tuple(map(LoadTerm, self.vectors, begun))
-        set_off(state, self.mover, self.span, shifts=shifts)
+        name = set_off(state, self.mover, self.span, shifts=shifts, directions=self.directions)
         if np.isfinite(stop):
-            queue.add(stop, EndMotion(self.mover.name, stop, self.span))
+            queue.add(stop, EndMotion(name, stop, self.span))
         return (LoggedEvent("move", (), sentence(self.span), self.span),)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import null_space
-from scipy.sparse import block_diag, coo_matrix, csr_matrix
+from scipy.sparse import block_diag, csr_matrix
 
 from tissuec.validate.forces import FORMULAS, ForceFormula
 
