@@ -238,11 +238,18 @@ class SentenceOrder(ClauseReader):
             self.missing(vector)
         return profiles
 
-    def _profiles(self, default: str, columns: int) -> tuple[TimeProfile, ...]:
-        # "along" a direction belongs to a force, "along table" to a path.
-        self._lasts = True
+    @property
+    def _is_along_path(self) -> bool:
+        """Return whether "along" precedes a table with a path instead of a direction."""
         along = self.clauses["along"].value if "along" in self.clauses else None
-        is_path = isinstance(along, s.Name) and along.words == "table"
+        return isinstance(along, s.Name) and along.words == "table"
+
+    def has(self, word: str) -> bool:
+        return super().has(word) and not (word == "along" and self._is_along_path)
+
+    def _profiles(self, default: str, columns: int) -> tuple[TimeProfile, ...]:
+        self._lasts = True
+        is_path = self._is_along_path
         if is_path and "using" in self.clauses:
             hint = Hint('remove "using"', Edit(""))
             self.reject("TIS306", "a path in a table has no profile", hint=hint, word="using")

@@ -73,19 +73,21 @@ class Move(VerbSentence, frozen=True):
             return self
         if self.mover.nodes is None:
             order.reject(
-                "TIS306", "tools move in all directions",
-                hint=f"move a set {word} a direction, or remove this", word=word,
+                "TIS306", "a tool holds its nodes in all directions",
+                hint=f"write a set instead of {self.mover.name}, or leave this out", word=word,
             )  # fmt: skip
         if self.by is None:
             order.reject(
                 "TIS304", f'a path in a table does not go with "{word}"',
                 hint=f"write {SHIFT} before it, and a table of time and factor", word=word,
             )  # fmt: skip
+        to = "perpendicular" if self.along is None else "parallel"
         missing = self.by - directions.T @ (directions @ self.by)
         if norm(missing) > ASLANT * norm(self.by):
             order.reject(
                 "TIS306", "the motion leaves the directions in which the nodes are held",
-                hint=f"its vector must lie {word} this direction", word=word,
+                hint=f"its vector must be {to} to this direction",
+                word=word,
             )  # fmt: skip
         return self
 
