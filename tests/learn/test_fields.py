@@ -198,3 +198,17 @@ simulate { duration = 0.1 s; tolerance = 1e-9 }
 def test_springs_beside_a_plane_of_symmetry():
     times = np.array([0.033, 0.1])
     check_both_directions(compiled_scene(BESIDE_A_PLANE), "dop853", 1e-3, times)
+
+
+def test_springs_of_nodes_that_slide():
+    """Weight and a force act across what holds the middle node, which bears them."""
+    text = BESIDE_A_PLANE.replace("(0, 0, 0) m/s^2", "(1, -2, 0) m/s^2").replace(
+        "\n  symmetric about plane through (0, 0, 0) mm facing (0, 1, 0)", ""
+    )
+    text = text.replace("environment", "set middle = nodes of net in [2]\nenvironment")
+    sliding = """at 0 s: fix middle along (0, 3, 4)
+  at 0 s: push middle with (0.01, 0.02, 0) N using sine of 20 Hz
+  """
+    text = text.replace("from 0 s to 0.1 s", f"{sliding}from 0 s to 0.1 s")
+    times = np.array([0.033, 0.1])
+    check_both_directions(compiled_scene(text), "dop853", 1e-3, times)

@@ -246,6 +246,15 @@ class State(Struct, eq=False):
         return free
 
     @property
+    def every_holder(self) -> dict[str, Indices]:
+        """Return which nodes are held by whom, in all directions or in some."""
+        found = dict(self.holders)
+        for hold in self.directed.values():
+            own = found.get(hold.holder)
+            found[hold.holder] = hold.nodes if own is None else np.union1d(own, hold.nodes)
+        return found
+
+    @property
     def driven(self) -> NDArray[np.bool_]:
         """Return which nodes, or some of their hosts, follow a path, shape (node,)."""
         driven = np.zeros(self.network.node_count, dtype=bool)

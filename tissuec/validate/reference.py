@@ -213,7 +213,7 @@ class ReferenceRun:
             self._enter(equations, step.near(self.track.due))
 
     def _enter(self, equations: Equations, y: Floats) -> None:
-        self.track.enter(equations, y, dict(self.state.holders), self.switched)
+        self.track.enter(equations, y, self.state.every_holder, self.switched)
 
     # --- events -------------------------------------------------------------------------------
 

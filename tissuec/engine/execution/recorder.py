@@ -240,8 +240,8 @@ class Recorder:
         if self._alive is None or not np.array_equal(self._alive, state.alive):
             self._alive = state.alive.copy()
             self.writer.topology(self._alive, state.cut_cells)
-        if not _are_same(self._holders, state.holders):
-            self._holders = dict(state.holders)
+        if not _are_same(self._holders, holders := state.every_holder):
+            self._holders = holders
             self.writer.holds(state.time, self._holders)
         if self.takes_notes:
             self._effects.enter(state, self.memory.effects)
@@ -584,11 +584,11 @@ def _is_same_row(before: Floats, after: Floats) -> bool:
 
 
 def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) -> bool:
-    """Return whether the same nodes are held by the same; verbs replace what they change."""
+    """Return whether the same nodes are held by the same."""
     return (
         before is not None
         and before.keys() == now.keys()
-        and all(before[name] is now[name] for name in now)
+        and all(np.array_equal(before[name], now[name]) for name in now)
     )
 
 

@@ -23,8 +23,9 @@ from tissuec.script.plan import Plan
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.activate import Activate
 from tissuec.script.verbs.change import ChangeMemory, ChangeMotion
+from tissuec.script.verbs.hold import Fix, Hold
 from tissuec.script.verbs.irrigate import EndJet, Irrigate
-from tissuec.script.verbs.move import Turn
+from tissuec.script.verbs.move import Move, Turn
 from tissuec.script.verbs.preserve import Inflate
 from tissuec.script.verbs.settle import EndStaticInterval, Settle, StaticInterval
 from tissuec.script.verbs.tie import EndRestLengthChange, Loosen, Tie, Tighten
@@ -103,6 +104,12 @@ def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) ->
         return "a volume is preserved by one pressure after another"
     if any(isinstance(action, ChangeMemory) for action in actions):
         return "the script changes how springs relax or yield"
+    for event in plan.every_event:
+        if isinstance(event.action, Fix | Hold | Move) and event.action.directions is not None:
+            if isinstance(event.action, Move):
+                return "nodes are moved in some directions"
+            if event.time > 0.0 and not at_rest:
+                return "nodes are held in some directions during the script"
     if plan.simulation.is_static and not at_rest:
         return "the net is in equilibrium all the time"
     if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
