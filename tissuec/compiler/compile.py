@@ -552,12 +552,9 @@ def _blocks(
     *,
     is_whole: bool,
 ) -> tuple[list[FieldBlock], Guides | None]:
-    """Return glue, contact and forces, and the guides of planes of symmetry.
-
-    For the arguments, see ``_plan``.
-    """
+    """Return glue, contact and forces, and the guides of planes; see ``_plan`` for arguments."""
     findings, contact, guides = conditions.findings, None, None
-    found: list[FieldBlock] = []
+    found = list[FieldBlock]()
     if scene.embeddings and is_whole:
         from tissuec.compiler.bodies import gluing  # where there is any
 

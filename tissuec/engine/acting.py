@@ -314,14 +314,6 @@ def pack_acts(
     base = [motion.base for motion in motions] + [
         np.zeros((len(load.nodes), 3)) for load in loads
     ]
-    partial = np.zeros(count, dtype=np.int64)
-    along = np.zeros((sum(len(motion.nodes) for motion in motions), 9))
-    first = 0
-    for act, motion in enumerate(motions):
-        last = first + len(motion.nodes)
-        if motion.change is not None:
-            partial[act], along[first:last] = 1, motion.change.reshape(-1, 9)
-        first = last
     shares = [np.ones(len(motion.nodes)) for motion in motions]
     shares += [load.factors for load in loads]
     term_curve = len(profiles) + np.arange(len(flat))
@@ -331,8 +323,8 @@ def pack_acts(
         nodes=place[np.concatenate([*nodes, np.zeros(0, dtype=np.int64)])],
         base=np.concatenate([*base, np.zeros((0, 3))]),
         share=np.concatenate([*shares, np.zeros(0)]),
-        partial=partial,
-        along=along if partial.any() else along[:0],
+        partial=np.array([a.change is not None for a in motions] + [False] * len(loads), int),
+        along=_changes(motions),
         term_first=_offsets([len(group) for group in terms]),
         term_vector=np.array([term.vector for term in flat], dtype=float).reshape(-1, 3),
         term_curve=term_curve,
@@ -342,6 +334,20 @@ def pack_acts(
         turn_angle=turn_angle,
         **tabulated([*profiles, *(term.profile for term in flat)], start, until),
     )
+
+
+def _changes(motions: Sequence[PrescribedMotion]) -> Floats:
+    """Return by what missing vectors change positions, row by row, shape (entry, 9).
+
+    It is empty if all motions are in all directions.
+    """
+    if all(motion.change is None for motion in motions):
+        return np.zeros((0, 9))
+    none = ((len(motion.nodes), 9) for motion in motions)
+    return np.concatenate([
+        np.zeros(shape) if motion.change is None else motion.change.reshape(shape)
+        for motion, shape in zip(motions, none, strict=True)
+    ])  # fmt: skip
 
 
 def _offsets(sizes: Sequence[int]) -> Indices:

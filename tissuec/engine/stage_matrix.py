@@ -30,6 +30,7 @@ from tissuec.forces.matrices import assembled, summed
 from tissuec.forces.memory import ELIMINATION_SECONDS, Condensed, MemoryTangents
 from tissuec.forces.springs.springs import SpringForce, flat, pulled, reach
 from tissuec.kernels.records import Net, Solver
+from tissuec.mechanics.guiding import free_projection
 from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import ConjugateGradients, Factorization, Stiffness
 from tissuec.model.network import Floats
@@ -61,7 +62,7 @@ class StageMatrix:
         self._drag = state.lumped(state.braking)[self._free]
         self._fields = state.fields
         self._acting, guides = state.acting, state.guides
-        within = guides and guides.projection(number, len(self._free))
+        within = guides and free_projection(guides, number, len(self._free))
         self._within = within
         self._made: tuple[float, float, bytes, bytes] | None = None
         self._factor: Factorization | ConjugateGradients | None = None

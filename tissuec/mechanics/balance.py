@@ -20,6 +20,7 @@ from tissuec.forces.element_fields import ElementField
 from tissuec.forces.matrices import summed
 from tissuec.forces.springs.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
+from tissuec.mechanics.guiding import free_projection
 from tissuec.mechanics.observables import applied_forces, lengths, rest_lengths
 from tissuec.mechanics.state import State
 from tissuec.model import topology
@@ -107,7 +108,7 @@ class Balance:
         self._contact = state.touching
         self._guides = state.guides
         if self._guides is not None:
-            self._within = self._guides.projection(number, len(self.free))
+            self._within = free_projection(self._guides, number, len(self.free))
 
     @property
     def start(self) -> Floats:

@@ -7,13 +7,18 @@ is missing, A = Q (N Q)⁺: this sets N x, and changes nothing in the directions
 """
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
+from tissuec.forces.matrices import diagonal
 from tissuec.model.guides import Floats, Guides, Indices, free_directions
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 PARALLEL = 1e-9  # sine of the angle between directions that are one
 
@@ -47,7 +52,11 @@ class DirectedHold(Struct, frozen=True, eq=False):
 
 
 def overlap(one: Floats | None, other: Floats | None) -> bool:
-    """Return whether two holds have a direction in common; None is a hold in all."""
+    """Return whether two holds have a direction in common.
+
+    Args:
+        one, other: Orthonormal, dimensionless, shape (direction, 3); None for all directions.
+    """
     if one is None or other is None:
         return True
     both = np.concatenate([one, other])
@@ -58,7 +67,7 @@ def without(directions: Floats, others: Floats) -> Floats:
     """Return the directions of a hold at right angles to those of others.
 
     Args:
-        directions, others: Orthonormal each, shape (direction, 3).
+        directions, others: Orthonormal each, dimensionless, shape (direction, 3).
 
     Returns:
         Orthonormal, shape (m, 3); there may be none.
@@ -104,13 +113,27 @@ def guides_of(drawn: Guides | None, holds: Iterable[DirectedHold], count: int) -
     return Guides(nodes, within[kind.ravel()], share[nodes], span)
 
 
+def free_projection(guides: Guides, number: Indices, size: int) -> "csr_matrix":
+    """Return the projection into the free directions of nodes, shape (3 size, 3 size).
+
+    Args:
+        guides: Of all nodes.
+        number: Of each node among those that may move, -1 for others, shape (node,).
+        size: How many may move.
+    """
+    from scipy.sparse import csr_matrix, identity
+
+    across = diagonal(np.eye(3) - guides.projections, number[guides.nodes], size)
+    return csr_matrix(identity(3 * size, format="csr") - across)
+
+
 def prescribing(others: Guides | None, nodes: Indices, directions: Floats) -> Floats:
     """Return by what missing vectors change positions: A N of the module, shape (n, 3, 3).
 
     Args:
         others: All other guides.
         nodes: Ascending, shape (n,).
-        directions: Those of the motion, orthonormal, shape (direction, 3).
+        directions: Those of the motion, orthonormal, dimensionless, shape (direction, 3).
     """
     found = np.broadcast_to(directions.T @ directions, (len(nodes), 3, 3)).copy()
     if others is None:

@@ -247,7 +247,7 @@ class State(Struct, eq=False):
 
     @property
     def every_holder(self) -> dict[str, Indices]:
-        """Return which nodes are held by whom, in all directions or in some."""
+        """Return the nodes held by each holder, in all directions or in some, shape (n,)."""
         found = dict(self.holders)
         for hold in self.directed.values():
             own = found.get(hold.holder)

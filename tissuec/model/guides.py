@@ -7,16 +7,11 @@ of a guided node, the projection P into the directions in which it is free is le
 acts; what is held follows a path or rests.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -69,26 +64,12 @@ class Guides(Struct, frozen=True, eq=False):
         own = vectors[..., self.nodes, :]
         return own - np.einsum("nij,...nj->...ni", self.projections, own)
 
-    def projection(self, number: Indices, size: int) -> "csr_matrix":
-        """Return the projection into the free directions, shape (3 size, 3 size).
-
-        Args:
-            number: Of each node among those that may move, -1 for others, shape (node,).
-            size: How many may move.
-        """
-        from scipy.sparse import csr_matrix, identity
-
-        from tissuec.forces.matrices import diagonal
-
-        across = diagonal(np.eye(3) - self.projections, number[self.nodes], size)
-        return csr_matrix(identity(3 * size, format="csr") - across)
-
 
 def free_directions(held: Floats, least: float) -> Floats:
     """Return the projection into the directions at right angles to some, shape (3, 3).
 
     Args:
-        held: Directions, shape (n, 3).
+        held: Dimensionless, shape (n, 3).
         least: Sine of the angle from which one of them is new beside others.
     """
     _, sizes, ways = np.linalg.svd(held)

@@ -136,8 +136,7 @@ class Equations:
         self.window = state.time + margin, max(stop - margin, state.time + margin)
         self.embedded = EmbeddedPoints(state.of_kind(EMBEDDING), self.count, state.held)
         self.held, self.free = np.flatnonzero(state.held), self.embedded.free
-        self.motions = tuple(state.motions.values())
-        self.loads = tuple(state.loads.values())
+        self.motions, self.loads = (tuple(e.values()) for e in (state.motions, state.loads))
         touching = state.touching
         self.contact = None if touching is None else NearbyContact(touching)
         blocks = [block for block in state.present_blocks if block.kind != EMBEDDING]

@@ -11,6 +11,7 @@ from tissuec.engine.integrators import derivatives_kernel as steps
 from tissuec.forces import accelerations_derivatives_kernel as accelerations
 from tissuec.kernels.derivative_records import NodeState
 from tissuec.learn.derivatives.stepping import LegForces
+from tissuec.mechanics.guiding import free_projection
 from tissuec.mechanics.stiffness import LowRankFactor, SparseFactor
 from tissuec.model.network import Floats
 
@@ -76,7 +77,7 @@ def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatri
     beside = np.hstack(wide)
     if (guides := act.leg.guides) is not None:
         # Guided nodes keep to their directions, as if a stiffness held them.
-        within = guides.projection(number, size)
+        within = free_projection(guides, number, size)
         top = float(np.abs(by_x.data).max(initial=0.0)) or 1.0
         across = sparse.identity(3 * size) - within
         by_x, by_v = within @ by_x @ within - top * across, within @ by_v @ within

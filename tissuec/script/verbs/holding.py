@@ -144,11 +144,14 @@ def add_to_held(state: State, holder: str, nodes: Indices) -> None:
 
 
 def held_in(along: Floats | None, along_all_but: Floats | None) -> Floats | None:
-    """Return the directions in which a sentence holds nodes, (direction, 3); None for all.
+    """Return the directions in which a sentence holds nodes.
 
     Args:
-        along: The one in which they are held.
-        along_all_but: The one in which they are free.
+        along: The one in which they are held, a unit vector, shape (3,).
+        along_all_but: The one in which they are free, likewise.
+
+    Returns:
+        Unit vectors, shape (direction, 3); None for all directions.
     """
     if along is not None:
         return along[None]
@@ -156,7 +159,11 @@ def held_in(along: Floats | None, along_all_but: Floats | None) -> Floats | None
 
 
 def refuse_both(along: Floats | None, along_all_but: Floats | None, order: Order) -> None:
-    """Refuse a sentence that states both a held direction and a free one."""
+    """Refuse a sentence that states both a held direction and a free one.
+
+    Args:
+        along, along_all_but: As of ``held_in``, dimensionless, shape (3,).
+    """
     if along is not None and along_all_but is not None:
         order.reject(
             "TIS304",

@@ -57,7 +57,7 @@ def set_off(
         span: The sentence.
         shifts: Displacements times profiles.
         turn: Rotation about its present centre; it replaces a turn that is under way.
-        directions: In which nodes are held, orthonormal, shape (direction, 3); None for all.
+        directions: In which nodes are held, unit vectors, shape (direction, 3); None for all.
 
     Returns:
         The name of the motion in the state.

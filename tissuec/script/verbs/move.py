@@ -93,7 +93,10 @@ class Move(VerbSentence, frozen=True):
 
     @property
     def directions(self) -> Floats | None:
-        """Return those in which nodes are held, shape (direction, 3); None for all."""
+        """Return those in which nodes are held, as unit vectors of shape (direction, 3).
+
+        None for all.
+        """
         return held_in(self.along, self.across)
 
     def holding(self) -> Driven:
