@@ -552,7 +552,7 @@ def _blocks(
     *,
     is_whole: bool,
 ) -> tuple[list[FieldBlock], Guides | None]:
-    """Return glue, contact and forces, and the guides of planes; see ``_plan`` for arguments."""
+    """Return glue, contact, forces, and the guides of planes; see ``_plan`` for arguments."""
     findings, contact, guides = conditions.findings, None, None
     found = list[FieldBlock]()
     if scene.embeddings and is_whole:
