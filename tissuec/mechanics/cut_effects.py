@@ -1,9 +1,10 @@
-"""Effects on surfaces and in elements of solids that blades have divided."""
+"""Effects on surfaces and in elements of solids that blades have divided, and their ties."""
 
 from typing import TYPE_CHECKING
 
 from tissuec.core.structs import replace
 from tissuec.mechanics.cut_surfaces import part_triangles
+from tissuec.mechanics.tying import TiedSections
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.cut_cells import PartTriangles
 from tissuec.model.network import FRICTION
@@ -11,13 +12,13 @@ from tissuec.model.network import FRICTION
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
-_ON_SURFACES = ("pressure", "contact")
+_ON_SURFACES = ("pressure", "contact", "fluid")
 
 
 def on_parts(state: "State", blocks: tuple[FieldBlock, ...]) -> tuple[FieldBlock, ...]:
     """Return what acts on the drawn net, also on what cuts have made of its solids.
 
-    Bristles of friction on parts begin anew.
+    Bristles of friction on parts begin anew. Fluids need to know what is tied.
     """
     surfaces = any(block.kind in _ON_SURFACES for block in blocks)
     parts = part_triangles(state) if surfaces else None
@@ -33,6 +34,11 @@ def _on_parts(state: "State", block: FieldBlock, parts: PartTriangles | None) ->
         assert network.skin_elements is not None, "solids that are cut have them"
         made = field.with_parts(parts, state.alive, network.skin_elements)
         return replace(block, field=made)
+    if block.kind == "fluid":
+        from tissuec.mechanics.cut_cavities import cavities_on_parts  # where there are any
+
+        assert parts is not None
+        return replace(block, field=cavities_on_parts(state, field, parts))
     if block.kind == "contact":
         from tissuec.mechanics.cut_contact import contact_on_parts  # where something touches
 
@@ -41,3 +47,20 @@ def _on_parts(state: "State", block: FieldBlock, parts: PartTriangles | None) ->
         state.velocity[rows] = 0.0
         return replace(block, field=contact_on_parts(state, parts))
     return block
+
+
+def put_ties(state: "State", name: str, tied: TiedSections) -> None:
+    """Let a body have these ties and no others; the state is changed in place.
+
+    Fluids fill cuts where nothing is tied.
+    """
+    if len(tied):
+        tied = tied.softened(state, name)
+    state.tied = {**state.tied, name: tied}
+    if len(tied):
+        state.put(tied.field(state.network, name, state.cut_bodies[name]).block)
+    else:
+        own = [b for b in state.blocks.values() if b.kind == "ties" and b.field.name == name]
+        state.remove(*own)
+    fluids = [each for each in state.blocks.values() if each.kind == "fluid"]
+    state.put(*on_parts(state, tuple(fluids)))

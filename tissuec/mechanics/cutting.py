@@ -33,6 +33,7 @@ from tissuec.model.phantoms import NotDivisible, Phantoms
 
 if TYPE_CHECKING:
     from tissuec.forces.point_fields import PointField
+    from tissuec.mechanics.cut_cavities import HeldVolumes
     from tissuec.mechanics.state import State
 
 Bools = NDArray[np.bool_]
@@ -259,7 +260,7 @@ def _allocated(state: "State", phantoms: Phantoms, copied: Indices) -> Indices:
 def carry_out(state: "State", division: Division) -> None:
     """Divide the elements of a body; the state is changed in place."""
     phantoms, copies, copied = division.phantoms, division.copies, division.copied
-    network = state.network
+    network, held = state.network, _held_volumes(state)
     state.position = state.position.copy()
     state.position[copies], state.velocity[copies] = (
         state.position[copied], state.velocity[copied],
@@ -280,7 +281,19 @@ def carry_out(state: "State", division: Division) -> None:
     state.cut_cells = division.drawn
     let_ride(state, division.riders, copies)
     _extend_sets(state, copies, copied)
-    state.put(*on_parts(state, tuple(state.blocks.values())))
+    # Fluids are put on parts as soon as it is known what is tied, see ``put_ties``.
+    state.put(*on_parts(state, tuple(b for b in state.blocks.values() if b.kind != "fluid")))
+    for each in held:
+        each.keep_pressures(state)
+
+
+def _held_volumes(state: "State") -> "list[HeldVolumes]":
+    """Return the volumes of cavities before a cut."""
+    if not (fluids := state.of_kind("fluid")):
+        return []
+    from tissuec.mechanics.cut_cavities import HeldVolumes  # where there are any
+
+    return [HeldVolumes.of(state, each) for each in fluids]
 
 
 def carry_out_tied(

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_effects import put_ties
 from tissuec.mechanics.cutting import carry_out, parted_along
-from tissuec.mechanics.tying import TiedSections, put_ties
+from tissuec.mechanics.tying import TiedSections
 from tissuec.model.network import BodyPart, Indices
 
 if TYPE_CHECKING:

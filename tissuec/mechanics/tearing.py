@@ -31,8 +31,9 @@ from tissuec.forces.moduli import poisson_of
 from tissuec.forces.solids.element_limits import BreakableElements
 from tissuec.geometry.cut_cells.cutting import near_heights
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_effects import put_ties
 from tissuec.mechanics.cutting import carry_out_tied, divided
-from tissuec.mechanics.tying import TiedSections, put_ties
+from tissuec.mechanics.tying import TiedSections
 from tissuec.model.network import Floats, Indices
 from tissuec.model.torn import Peeled, Torn
 

@@ -401,15 +401,3 @@ def _strengths(field: "SolidElements", cell: Indices) -> tuple[Floats, Floats]:
     limits = field.limits.some(cell)
     stress = np.minimum(limits.stress, field.young[cell] * limits.strain)
     return stress, limits.parting
-
-
-def put_ties(state: "State", name: str, tied: TiedSections) -> None:
-    """Let a body have these ties and no others; the state is changed in place."""
-    if len(tied):
-        tied = tied.softened(state, name)
-    state.tied = {**state.tied, name: tied}
-    if not len(tied):
-        own = [b for b in state.blocks.values() if b.kind == "ties" and b.field.name == name]
-        state.remove(*own)
-        return
-    state.put(tied.field(state.network, name, state.cut_bodies[name]).block)

@@ -27,10 +27,11 @@ from tissuec.geometry.cut_cells.cutting import cut, near_heights
 from tissuec.geometry.cut_cells.parts import CellParts
 from tissuec.geometry.cut_cells.sections import CutFacets
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_effects import put_ties
 from tissuec.mechanics.cut_fields import facet_areas
 from tissuec.mechanics.cutting import Division, carry_out_tied, divided
 from tissuec.mechanics.tearing import set_limits
-from tissuec.mechanics.tying import TiedSections, put_ties
+from tissuec.mechanics.tying import TiedSections
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.topology import pieces

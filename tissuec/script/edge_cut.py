@@ -23,9 +23,10 @@ from tissuec.geometry.blade_sections import beyond
 from tissuec.geometry.cut_cells.cutting import near_heights
 from tissuec.geometry.moving_edges import EdgeFront, EdgePlane, Stations
 from tissuec.mechanics.cut_body import CutBody
+from tissuec.mechanics.cut_effects import put_ties
 from tissuec.mechanics.cutting import divided
 from tissuec.mechanics.tearing import set_limits
-from tissuec.mechanics.tying import TiedSections, put_ties
+from tissuec.mechanics.tying import TiedSections
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network, ToolPart, numbers_in
 from tissuec.script.dividing import (

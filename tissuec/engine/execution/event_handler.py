@@ -421,11 +421,13 @@ def leaking(enclosure: "KeptVolumes", cells: int, state: State, log: Log) -> str
         log: What has happened until now, with times [s].
     """
     torn = torn_by(enclosure.lost_walls(state.alive), state.time, log)
-    if enclosure.item_count == 1:
-        return f"the surface of {enclosure.name} is torn and no longer holds pressure{torn}"
     if enclosure.block.kind == "fluid":
+        if enclosure.item_count == 1:
+            return f"the cavity of {enclosure.name} leaks and no longer holds pressure{torn}"
         which = "1 cavity" if cells == 1 else f"{cells} cavities"
         return f"{which} of {enclosure.name} {'leaks' if cells == 1 else 'leak'}{torn}"
+    if enclosure.item_count == 1:
+        return f"the surface of {enclosure.name} is torn and no longer holds pressure{torn}"
     verb, holds = ("is", "holds") if cells == 1 else ("are", "hold")
     which = counted(cells, "cell")
     return f"{which} of {enclosure.name} {verb} torn and no longer {holds} pressure{torn}"

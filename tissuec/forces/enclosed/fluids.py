@@ -1,6 +1,7 @@
 """Fluids in cavities: volumes kept by pressure, and a weight that acts on the wall.
 
-A cavity is bounded by faces and caps (see ``pressed_faces``). With the drawn volume V0, the
+A cavity is bounded by faces and caps (see ``pressed_faces``), after cuts into a solid also by
+parts of these, and by faces of cuts, whose ends caps close. With the drawn volume V0, the
 target volume Vt, the bulk modulus K, and the density ρ of the fluid without pressure, its mass
 is m = ρ Vt and it stores
 
@@ -22,6 +23,7 @@ from typing import Self
 
 import numpy as np
 from msgspec.structs import astuple
+from numpy.typing import NDArray
 
 from tissuec import autodiff
 from tissuec.autodiff import Number, Numbers, Vector
@@ -35,8 +37,10 @@ from tissuec.forces.enclosed.rims import Crossing, Rims
 from tissuec.forces.fields import SECONDS
 from tissuec.forces.grouped_items import CarriedPoints, GroupedItems
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.cut_cells import PartTriangles
 from tissuec.model.network import Floats, Indices, Network
 
+NONE_TORN = np.zeros((0, 2), dtype=np.int64)
 NONE = 1e-200  # keeps the centroid of a cavity without volume finite [m⁶]
 
 
@@ -66,6 +70,8 @@ class FluidCavities(KeptVolumes, frozen=True):
         density: ρ [kg/m³]; 0 of a fluid without weight.
         crossing: Of the planes of symmetry at which the triangles end.
         gravity: g [m/s²], shape (3,).
+        faces: The walls as drawn.
+        cavity: The cavity of each triangle of these, -1 of one that leaks, shape (triangle,).
     """
 
     item_shares = staticmethod(_triangle)
@@ -77,6 +83,8 @@ class FluidCavities(KeptVolumes, frozen=True):
     density: float
     crossing: Crossing
     gravity: Floats
+    faces: PressedFaces
+    cavity: Indices
 
     @classmethod
     def of(
@@ -109,20 +117,11 @@ class FluidCavities(KeptVolumes, frozen=True):
                 f"nodes {', '.join(map(str, ids[:4].tolist()))}, …",
                 "close its open ends: with caps",
             )
-        component = components(faces.corners)
-        triples = _by_cavity(faces, component)
-        count = triples.count
-        owner = np.zeros(network.node_count, dtype=np.int64)
-        owner[triples.corners] = triples.face[:, None]
-        at = np.array([owner[rims.nodes_of(rim)[0]] for rim in range(rims.count)], dtype=int)
-        cap_first = np.searchsorted(np.sort(at), np.arange(count + 1)).astype(np.int64)
-        pairs = faces.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-        walls, which = network.pairs.between(pairs)
-        walls, walled = np.unique(np.stack([walls, component[which // 3]]), axis=1)
+        cavity = components(faces.corners)
+        none = np.zeros(int(cavity.max()) + 1)
         found = cls(
-            walls, walled, name, np.zeros(count), modulus, (), span, triples,
-            rims.some(np.argsort(at, kind="stable")), cap_first, density, faces.crossing,
-            np.zeros(3),
+            *_walls(network, faces, cavity), name, none, modulus, (), span,
+            *_bounds(faces, cavity), density, faces.crossing, np.zeros(3), faces, cavity,
         )  # fmt: skip
         drawn = found.volumes(network.position)
         if not (drawn > 0.0).all():
@@ -131,6 +130,39 @@ class FluidCavities(KeptVolumes, frozen=True):
                 "name a surface that encloses a space, closed by caps where it is open",
             )
         return replace(found, drawn=drawn)
+
+    def wall_on(
+        self, parts: PartTriangles, divided: NDArray[np.bool_]
+    ) -> tuple[PressedFaces, Indices]:
+        """Return the walls after cuts, and the cavity of each of their triangles, (triangle,).
+
+        Args:
+            parts: Triangles that bound the parts of elements.
+            divided: Triangles of the skin whose elements are divided, shape (triangle,).
+        """
+        faces = self.faces.with_parts(divided[self.faces.rows], parts)
+        order = np.argsort(self.faces.rows)
+        place = np.searchsorted(self.faces.rows[order], faces.rows)
+        return faces, self.cavity[order[place]]
+
+    def bounded_by(
+        self, network: Network, faces: PressedFaces, cavity: Indices, torn: Indices = NONE_TORN
+    ) -> Self:
+        """Return the same cavities within other walls.
+
+        Args:
+            faces: They face out of the cavities.
+            cavity: The cavity of each of their triangles, -1 of none, shape (triangle,).
+            torn: Cavities that leak, and elements that are divided there, shape (n, 2).
+        """
+        own = cavity >= 0
+        faces, cavity = faces.some(np.unique(faces.face[own])), cavity[own]
+        walls, walled = _walls(network, faces, cavity)
+        triples, caps, cap_first = _bounds(faces, cavity)
+        return replace(
+            self, walls=np.append(walls, torn[:, 1]), walled=np.append(walled, torn[:, 0]),
+            triples=triples, caps=caps, cap_first=cap_first,
+        )  # fmt: skip
 
     @property
     def block(self) -> FieldBlock:
@@ -185,13 +217,45 @@ class FluidCavities(KeptVolumes, frozen=True):
         """Return some cavities, with the walls of all."""
         counts = np.diff(self.cap_first)[items]
         caps = np.repeat(self.cap_first[items], counts) + counted_up(counts)
+        number = np.full(self.item_count + 1, -1)  # of cavities, and of none
+        number[items] = np.arange(len(items))
         return replace(
             self,
             triples=self.triples.some(items),
             caps=self.caps.some(caps),
             cap_first=np.append(0, np.cumsum(counts)),
             drawn=self.drawn[items],
+            cavity=number[self.cavity],
         )
+
+
+def _walls(network: Network, faces: PressedFaces, cavity: Indices) -> tuple[Indices, Indices]:
+    """Return the edges that hold walls, and the cavity of each, shape (n,) each.
+
+    Parts of divided elements are not torn.
+
+    Args:
+        cavity: Of each triangle of the faces, shape (triangle,).
+    """
+    drawn = np.arange(len(cavity)) if faces.parts is None else np.flatnonzero(faces.parts < 0)
+    pairs = faces.corners[drawn][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    walls, which = network.pairs.between(pairs)
+    walls, walled = np.unique(np.stack([walls, cavity[drawn][which // 3]]), axis=1)
+    return walls, walled
+
+
+def _bounds(faces: PressedFaces, cavity: Indices) -> tuple[WeightedTriangles, Rims, Indices]:
+    """Return ``triples``, ``caps`` on all rims, and ``cap_first`` of cavities.
+
+    Args:
+        cavity: Of each triangle of the faces, shape (triangle,).
+    """
+    triples, rims = _by_cavity(faces, cavity), faces.rims
+    owner = np.zeros(int(triples.corners.max()) + 1, dtype=np.int64)
+    owner[triples.corners] = triples.face[:, None]
+    at = np.array([owner[rims.nodes_of(rim)[0]] for rim in range(rims.count)], dtype=int)
+    cap_first = np.searchsorted(np.sort(at), np.arange(triples.count + 1)).astype(np.int64)
+    return triples, rims.some(np.argsort(at, kind="stable")), cap_first
 
 
 def _by_cavity(faces: PressedFaces, component: Indices) -> WeightedTriangles:

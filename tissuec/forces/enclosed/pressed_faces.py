@@ -136,7 +136,8 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
 
     Attributes:
         corners: Nodes of their triangles of the skin, shape (triangle, 3).
-        rows: Their numbers among all triangles of the skin, shape (triangle,).
+        rows: Their numbers among all triangles of the skin, -1 of faces of cuts, shape
+            (triangle,).
         face: The face that each of them belongs to, shape (triangle,).
         triples: Their weighted triangles.
         ends: Nodes of each spring of the network, shape (spring, 2).
@@ -174,21 +175,28 @@ class PressedFaces(Struct, frozen=True, eq=False, dict=True):
         turns = self._turns[self.face[np.argsort(self.rows)]]
         turns = turns[np.searchsorted(np.sort(self.rows), new.skin)]
         corners = np.where(turns[:, None], new.corners[:, ::-1], new.corners)
-        count = len(new.skin)
-        first, triples = left.triples.count, left.triples
-        behind = triples.first[-1] + 1 + np.arange(count)
+        planes = tuple(_with_nodes(plane, parts.planes) for plane in self.planes)
+        return replace(left, planes=planes)._followed_by(replace(new, corners=corners))
+
+    def joined_with(self, parts: PartTriangles) -> "PressedFaces":
+        """Return these faces and faces of cuts, which are pressed from outside of the parts."""
+        return self._followed_by(replace(parts, corners=parts.corners[:, ::-1]))
+
+    def _followed_by(self, new: PartTriangles) -> "PressedFaces":
+        """Return these and triangles of parts behind them, each of which is a face."""
+        count, triples = len(new.skin), self.triples
+        former = np.full(len(self.rows), -1) if self.parts is None else self.parts
         return replace(
             self,
-            corners=np.concatenate([left.corners, corners]),
-            rows=np.append(left.rows, new.skin),
-            face=np.append(left.face, first + np.arange(count)),
+            corners=np.concatenate([self.corners, new.corners]),
+            rows=np.append(self.rows, new.skin),
+            face=np.append(self.face, triples.count + np.arange(count)),
             triples=WeightedTriangles(
-                np.concatenate([triples.corners, corners]),
+                np.concatenate([triples.corners, new.corners]),
                 np.append(triples.weight, np.ones(count)),
-                np.append(triples.first, behind),
+                np.append(triples.first, triples.first[-1] + 1 + np.arange(count)),
             ),
-            planes=tuple(_with_nodes(plane, parts.planes) for plane in self.planes),
-            parts=np.append(np.full(len(left.rows), -1), new.parts),
+            parts=np.append(former, new.parts),
         )
 
     def turned(self, turns: NDArray[np.bool_]) -> "PressedFaces":

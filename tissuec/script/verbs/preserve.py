@@ -35,6 +35,7 @@ from tissuec.script.verbs import (
     LoggedEvent,
     Order,
 )
+from tissuec.script.verbs.acting import put_as_drawn
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -110,7 +111,8 @@ class Preserve(Struct, frozen=True):
     when a body leaks, and what tore it.
 
     With ``inside of``, each space within the body is a cavity with a pressure of its own. Such
-    a space may lie in a solid of elements, such as the lumen of a thick tube. Caps close the
+    a space may lie in a solid of elements, such as the lumen of a thick tube. It leaks when a
+    cut or a tear leads through the solid; one that does not is filled. Caps close the
     open ends of a tube. A set is a cavity if its triangles enclose one, so that chambers of one
     body can be filled one by one.
 
@@ -220,7 +222,7 @@ class Preserve(Struct, frozen=True):
         old = state.enclosure(self.group.name)
         if old is not None and old.block.name != made.block.name:
             state.remove(old.block)
-        state.put(made.block)
+        put_as_drawn(state, made.block)
         text = sentence(self.span)
         happened = LoggedEvent("preserve", (), text, self.span)
         if old is None:
