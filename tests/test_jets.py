@@ -386,7 +386,7 @@ def test_loops_do_the_same_as_the_reference(growth):
     for jet in state.jets.values():
         table = jet.table(place, acts_of(jet.changes, 0.0, 2.0), net.position)
         kernel_on(jet.kernel, table)(1.2, x.ravel(), v.ravel(), f, power)
-        JetForce(jet, net).add_forces(1.2, net.position, velocity, expected)
+        JetForce(jet).add_forces(1.2, net.position, velocity, expected)
     assert np.abs(expected).max() > 0.05 * THRUST
     # The loops leave out what is more than 4.5 widths beside the axis: exp(-20) = 2e-9.
     assert f.reshape(-1, 3)[place] == pytest.approx(expected, abs=1e-8 * THRUST)

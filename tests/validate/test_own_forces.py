@@ -116,7 +116,7 @@ def test_jets_push_alike_also_where_things_stand_before_one_another(growth, seed
     near = plate(2, 1.5e-3, centre=(0.5e-3, 0.0, 0.004), tilt=-0.4, jitter=0.2)
     net = net_of(far, near, ball(1, 2e-3, centre=(-1e-3, 1e-3, 0.008)))
     engine = jet_in(net, growth=growth)
-    own = JetForce(engine, net)
+    own = JetForce(engine)
     position = net.position + 1e-4 * rng.normal(size=net.position.shape)
     velocity = 0.5 * rng.normal(size=net.position.shape)
     forces, others = np.zeros_like(position), np.zeros_like(position)

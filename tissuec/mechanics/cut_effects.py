@@ -12,7 +12,7 @@ from tissuec.model.network import FRICTION
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State
 
-_ON_SURFACES = ("pressure", "contact", "fluid")
+_ON_SURFACES = ("pressure", "contact", "fluid", "jet")
 
 
 def on_parts(state: "State", blocks: tuple[FieldBlock, ...]) -> tuple[FieldBlock, ...]:
@@ -39,6 +39,11 @@ def _on_parts(state: "State", block: FieldBlock, parts: PartTriangles | None) ->
 
         assert parts is not None
         return replace(block, field=cavities_on_parts(state, field, parts))
+    if block.kind == "jet":
+        from tissuec.mechanics.cut_jets import jet_on_parts  # where there are any
+
+        assert parts is not None
+        return replace(block, field=jet_on_parts(state, field, parts))
     if block.kind == "contact":
         from tissuec.mechanics.cut_contact import contact_on_parts  # where something touches
 

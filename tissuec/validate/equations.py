@@ -214,7 +214,7 @@ class Equations:
             case "glue":
                 return GluedFaces(field, self.count)
             case "jet":
-                return JetForce(field, state.network)
+                return JetForce(field)
             case "contact":
                 assert self.contact is not None
                 return self.contact

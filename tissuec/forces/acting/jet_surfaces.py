@@ -10,10 +10,15 @@ from tissuec.core.arrays import cross
 from tissuec.core.structs import replace
 from tissuec.forces.enclosed.volume import open_edges
 from tissuec.geometry.edge_supports import SupportedEdges
+from tissuec.model.cut_cells import PartTriangles
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 
 FINE = 1.0  # parts of an edge for each width b0 of it
 MOST = 16  # parts of an edge; jets that would need more are widened
+# Nothing is so far inside of a face of a cut as to be in its shade [m]. What it would shade is
+# also behind the surface through which the jet leaves the body; and where a cut is closed, its
+# blurred shade would reach the surface on the other side.
+NO_SHADE = -1e9
 BLUR, THIN = 0.4, 0.35  # of b0, and of the height of a triangle: how far its shade is blurred
 
 
@@ -26,9 +31,13 @@ class JetSurface(Struct, frozen=True, eq=False):
             other side, 0 from both, as what belongs to no closed surface.
         struck: Whether it is pushed, or shades others only.
         parts: Into how many parts its edges are divided; it has three elements for each square.
-        blur: How far their shades are blurred, to each side [m].
-        edges: What holds the edges.
+        blur: How far their shades are blurred, to each side [m]; ``NO_SHADE`` of faces of cuts.
+        edges: What holds the edges of triangles of the skin as drawn, which come first.
         whole: Which triangles are not torn.
+        drawn: Corners as drawn [m], shape (triangle, 3, 3).
+        like: The triangle of the skin that each is a part of, -1 of faces of cuts, shape
+            (triangle,).
+        nodes: Those whose triangles are pushed, shape (n,).
     """
 
     corners: Indices
@@ -38,6 +47,9 @@ class JetSurface(Struct, frozen=True, eq=False):
     blur: Floats
     edges: SupportedEdges
     whole: NDArray[np.bool_]
+    drawn: Floats
+    like: Indices
+    nodes: Indices
 
     @classmethod
     def of(
@@ -51,15 +63,41 @@ class JetSurface(Struct, frozen=True, eq=False):
             alive: Springs that exist, shape (spring,).
         """
         corners = network.skin.astype(np.int64)
-        longest = _longest(network, corners)
-        # Less a little, so that rounding does not divide equal triangles differently.
-        parts = np.clip(np.ceil(FINE * longest / width - 1e-9), 1, MOST).astype(np.int64)
+        drawn, every = network.position[corners], np.arange(len(corners))
         rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
         edges = SupportedEdges.of(network.line_ends, rings, network.skin_elements)
         struck = np.asarray(np.isin(corners, nodes).all(axis=1))
-        blur = np.minimum(BLUR * width, THIN * _height(network, corners))
+        blur = np.minimum(BLUR * width, THIN * _height(drawn))
         whole = np.asarray(edges.holding(alive).all(axis=1))
-        return cls(corners, _sides(network, corners), struck, parts, blur, edges, whole)
+        return cls(
+            corners, _sides(network, corners), struck, _parts(drawn, width), blur, edges, whole,
+            drawn, every, nodes,
+        )  # fmt: skip
+
+    def with_parts(
+        self, parts: PartTriangles, drawn: Floats, pushed: NDArray[np.bool_], width: float
+    ) -> "JetSurface":
+        """Return the same after cuts, with parts of triangles, and faces of cuts.
+
+        Args:
+            parts: Triangles that bound parts of solids and walls.
+            drawn: Corners of these as drawn [m], shape (part, 3, 3).
+            pushed: Which are pushed if they are faces of cuts, shape (part,).
+            width: Width b0 of the jet [m].
+        """
+        count, like, is_cut = len(self.edges.own), parts.skin, parts.cuts != 0
+        new = {
+            "corners": parts.corners,
+            "side": np.where(is_cut, 1, self.side[like]),
+            "struck": np.where(is_cut, pushed, self.struck[like]),
+            "parts": _parts(drawn, width),
+            "blur": np.where(is_cut, NO_SHADE, self.blur[like]),
+            "whole": np.ones(len(like), dtype=bool),
+            "drawn": drawn,
+            "like": like,
+        }
+        both = {n: np.concatenate([getattr(self, n)[:count], new[n]]) for n in new}
+        return replace(self, **both)
 
     @property
     def count(self) -> Indices:
@@ -69,6 +107,7 @@ class JetSurface(Struct, frozen=True, eq=False):
     def torn(self, alive: NDArray[np.bool_]) -> "JetSurface":
         """Return the same while the springs ``alive``, shape (spring,), are there."""
         whole = np.asarray(self.edges.holding(alive).all(axis=1))
+        whole = np.append(whole, self.whole[len(whole) :])
         return self if np.array_equal(whole, self.whole) else replace(self, whole=whole)
 
 
@@ -80,22 +119,31 @@ def finest_width(network: Network, nodes: Indices, bore: float) -> float:
         bore: Diameter of the opening [m].
     """
     corners = network.skin[np.isin(network.skin, nodes).all(axis=1)]
-    return max(bore / np.sqrt(2.0), FINE * float(_longest(network, corners).max()) / MOST)
+    longest = float(_longest(network.position[corners]).max())
+    return max(bore / np.sqrt(2.0), FINE * longest / MOST)
 
 
-def _longest(network: Network, corners: NDArray[np.integer]) -> Floats:
-    """Return the longest edges of triangles as drawn [m], shape (triangle,)."""
-    edges = network.position[corners] - network.position[np.roll(corners, 1, axis=1)]
-    return np.linalg.norm(edges, axis=2).max(axis=1)
+def _parts(drawn: Floats, width: float) -> Indices:
+    """Return into how many parts edges of triangles are divided, shape (triangle,)."""
+    # Less a little, so that rounding does not divide equal triangles differently.
+    parts = np.ceil(FINE * _longest(drawn) / width - 1e-9)
+    return np.clip(parts, 1, MOST).astype(np.int64)
 
 
-def _height(network: Network, corners: Indices) -> Floats:
-    """Return the least heights of triangles as drawn [m], shape (triangle,)."""
-    one, other = (
-        network.position[corners[:, k]] - network.position[corners[:, 0]] for k in (1, 2)
-    )
+def _longest(drawn: Floats) -> Floats:
+    """Return the longest edges of triangles [m], shape (triangle,).
+
+    Args:
+        drawn: Corners as drawn [m], shape (triangle, 3, 3).
+    """
+    return np.linalg.norm(drawn - np.roll(drawn, 1, axis=1), axis=2).max(axis=1)
+
+
+def _height(drawn: Floats) -> Floats:
+    """Return the least heights of triangles [m], shape (triangle,); argument as above."""
+    one, other = drawn[:, 1] - drawn[:, 0], drawn[:, 2] - drawn[:, 0]
     twice = np.linalg.norm(cross(one, other), axis=1)
-    longest = _longest(network, corners)
+    longest = _longest(drawn)
     return twice / np.where(longest > 0.0, longest, 1.0)
 
 

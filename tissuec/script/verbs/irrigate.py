@@ -21,6 +21,7 @@ from tissuec.script.parts import (
     ToolClause,
 )
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent
+from tissuec.script.verbs.acting import put_as_drawn
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -112,10 +113,10 @@ class Irrigate(VerbSentence, frozen=True):
             text = f"replaced: {sentence(old.span)}"
             logged_events.append(LoggedEvent("note", (), text, self.span))
         state.place_held()
-        if why := _in_vain(jet, network, state.position):
+        put_as_drawn(state, jet.block)
+        if why := _in_vain(state.jets[self.nozzle], network, state.position):
             text = f"{sentence(self.span)}: {why}"
             logged_events.append(LoggedEvent("note", (), text, self.span))
-        state.put(jet.block)
         if np.isfinite(stop):
             queue.add(stop, EndJet(self.nozzle, stop, self.span))
         return tuple(logged_events)

@@ -18,7 +18,6 @@ from tissuec.validate.forces import ForceFormula, assembled
 
 if TYPE_CHECKING:
     from tissuec.forces.acting.jets import Jet
-    from tissuec.model.network import Network
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,6 +27,7 @@ SHADE_WIDTH, SHADE_HEIGHT = 0.4, 0.35  # blur of shades over b0, and over a tria
 SHADE_DEPTH = 0.5  # of the blur: how far behind a triangle its shade is full
 SHADE_BEGINS, SHADE_ENDS = 0.3, 0.7  # covered parts of the jet between which it goes out
 GRAZING = 0.2  # cos θ below which shades fade
+NO_SHADE = -1e9  # blur of faces of cuts, whose shades begin so far inside of their edges [m]
 RISE = 0.5  # bores within which the jet sets in
 COPLANAR = 1e-6  # of the blur: what is no further behind a plane is not shaded by it
 BEYOND = 6.0  # widths beside the axis where exp(-r²/b²) is below rounding
@@ -48,18 +48,20 @@ class JetForce(ForceFormula):
     """The jet of one nozzle as a field of forces.
 
     Args:
-        jet: Read for its numbers, its profile, and the triangles that it may meet.
-        network: Read for positions as drawn, which decide how triangles are divided.
+        jet: Read for its numbers, its profile, and the triangles that it may meet, whose
+            corners as drawn decide how they are divided.
     """
 
-    def __init__(self, jet: "Jet", network: "Network"):
+    def __init__(self, jet: "Jet"):
         self._jet = jet
         skin = jet.skin
-        drawn = network.position[skin.corners]
+        drawn, is_whole = skin.drawn, skin.like == np.arange(len(skin.like))
         edges = np.sqrt(((drawn - drawn[:, [1, 2, 0]]) ** 2).sum(axis=2)).max(axis=1)
         heights = 2.0 * facing(drawn, np.zeros(3))[0] / np.maximum(edges, 1e-300)
-        self._width = max(jet.bore / np.sqrt(2.0), edges[skin.struck].max() / MOST_PARTS)
-        blur = np.minimum(SHADE_WIDTH * self._width, SHADE_HEIGHT * heights)
+        longest = edges[skin.struck & is_whole].max()
+        self._width = max(jet.bore / np.sqrt(2.0), longest / MOST_PARTS)
+        blur = np.minimum(SHADE_WIDTH * self._width, SHADE_HEIGHT * heights)[skin.like]
+        blur[skin.like < 0] = NO_SHADE
         # Less a little: rounding must not divide equal triangles differently.
         parts = np.clip(np.ceil(edges / self._width - 1e-9), 1, MOST_PARTS).astype(int)
         self._chosen = np.flatnonzero(skin.whole)
