@@ -44,6 +44,19 @@ LEARNT = {
         "Young's modulus = 20 kPa; solid law is yeoh {{ second = {}; third = 0.2 }}",
         {"second": (0.1, 0.7)},
     ),
+    "chains": (
+        "Young's modulus = 20 kPa; solid law is arruda boyce {{ segments = {} }}",
+        {"segments": (6.0, 3.0)},
+    ),
+    "holmes mow": (
+        "Young's modulus = 20 kPa; solid law is holmes mow {{ exponent = {} }}",
+        {"exponent": (0.5, 1.0)},
+    ),
+    "unconstrained": (
+        "Young's modulus = 20 kPa; solid law is unconstrained ogden {{ exponent = {}; "
+        "second exponent = -2; second share = {} }}",
+        {"exponent": (4.0, 5.0), "second share": (0.2, 0.3)},
+    ),
     "param": (
         "Young's modulus = 20 kPa; solid law is yeoh {{ second = 2 * c2; third = c2 }}",
         {"c2": (0.1, 0.4)},

@@ -1,12 +1,12 @@
 """Derivatives of the energies of solids by their invariants, each made once for a law.
 
-They are those at a constant volume, where tr C is I1.
+They are those at a constant volume, where the invariants of C are I1 and I2.
 """
 
 from functools import cache
 
-from tissuec.laws.formula import Formula, replaced
-from tissuec.laws.solid import I1, TRACE, SolidLaw
+from tissuec.laws.formula import Constant, Formula, replaced
+from tissuec.laws.solid import COFACTORS, I1, I2, TRACE, J, SolidLaw
 
 
 @cache
@@ -16,15 +16,21 @@ def energy(law: SolidLaw) -> Formula:
 
 
 @cache
+def _at_constant_volume(law: SolidLaw) -> Formula:
+    known = {TRACE.name: I1, COFACTORS.name: I2, J.name: Constant(1.0)}
+    return replaced(energy(law), known)
+
+
+@cache
 def by_first(law: SolidLaw) -> Formula:
     """Return the derivative of the energy by i1."""
-    return replaced(energy(law), {TRACE.name: I1}).slope("i1")
+    return _at_constant_volume(law).slope("i1")
 
 
 @cache
 def by_second(law: SolidLaw) -> Formula:
     """Return the derivative of the energy by i2."""
-    return energy(law).slope("i2")
+    return _at_constant_volume(law).slope("i2")
 
 
 @cache

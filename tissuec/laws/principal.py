@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.laws.formula import (
+    ONE,
     ZERO,
     Constant,
     Formula,
@@ -43,7 +44,7 @@ from tissuec.laws.formula import (
     Variable,
     apply,
 )
-from tissuec.laws.solid import I1, I2
+from tissuec.laws.solid import I1, I2, J
 
 _POINTS = 32  # of Gauss's quadrature
 _SQUARINGS, _TERMS = 8, 10  # leave rounding for exponents up to 60 and stretches up to 10
@@ -58,17 +59,24 @@ class PrincipalSum(Formula, frozen=True):
     """Σ (λ^α - 1) over the isochoric principal stretches; Σ log² λ where α = 0.
 
     Only its derivatives are compiled. Its code is for people: it names the stretches.
+
+    Attributes:
+        exponent: α.
+        is_whole: Whether the stretches include the change of volume; α is then not 0.
     """
 
     exponent: float | Variable
+    is_whole: bool = False
 
     @property
     def parts(self) -> tuple[Variable, ...]:
         own = (self.exponent,) if isinstance(self.exponent, Variable) else ()
-        return I1, I2, *own
+        return I1, I2, *((J,) if self.is_whole else ()), *own
 
     def from_parts(self, values: Values, of: PartValues) -> NDArray[np.float64]:
         squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
+        if self.is_whole:
+            squares = squares * np.asarray(values["j"]) ** (2.0 / 3.0)
         if self.exponent == 0.0:
             return np.real(0.25 * np.log(squares) ** 2).sum(axis=0)
         exponent = of(self.exponent) if isinstance(self.exponent, Variable) else self.exponent
@@ -76,8 +84,13 @@ class PrincipalSum(Formula, frozen=True):
 
     def slope(self, name: str) -> Formula:
         if isinstance(self.exponent, Variable) and name == self.exponent.name:
-            return SumByExponent(self.exponent)
-        return _slopes(self.exponent)[name == I2.name] if name in (I1.name, I2.name) else ZERO
+            return SumByExponent(self.exponent, self.is_whole)
+        swollen = J ** (self.exponent * (1.0 / 3.0)) if self.is_whole else ONE
+        if name in (I1.name, I2.name):
+            return swollen * _slopes(self.exponent)[name == I2.name]
+        if self.is_whole and name == J.name:
+            return self.exponent * (1.0 / 3.0) * swollen / J * _total(self.exponent)
+        return ZERO
 
     def code(self) -> str:
         if self.exponent == 0.0:
@@ -93,27 +106,31 @@ class PrincipalSum(Formula, frozen=True):
 
 
 class SumByExponent(Formula, frozen=True):
-    """Σ λ^α log λ, of which nothing is compiled."""
+    """Σ λ^α log λ, of which nothing is compiled; attributes are those of ``PrincipalSum``."""
 
     exponent: Variable
+    is_whole: bool = False
 
     @property
     def parts(self) -> tuple[Variable, ...]:
-        return I1, I2, self.exponent
+        return I1, I2, *((J,) if self.is_whole else ()), self.exponent
 
     def from_parts(self, values: Values, of: PartValues) -> NDArray[np.float64]:
         squares = _zeros(np.asarray(values["i1"]), np.asarray(values["i2"]))
+        if self.is_whole:
+            squares = squares * np.asarray(values["j"]) ** (2.0 / 3.0)
         power = squares ** (0.5 * of(self.exponent))
         return np.real(power * 0.5 * np.log(squares)).sum(axis=0)
 
 
-def power_sum(exponent: float | Variable) -> Formula:
+def power_sum(exponent: float | Variable, *, is_whole: bool = False) -> Formula:
     """Return Σ (λ^α - 1) over the isochoric principal stretches λ.
 
     Args:
         exponent: α, not 0.
+        is_whole: Whether the stretches include the change of volume.
     """
-    return PrincipalSum(exponent)
+    return PrincipalSum(exponent, is_whole)
 
 
 def squared_logarithms() -> Formula:
@@ -131,6 +148,16 @@ def _slopes(exponent: float | Variable) -> tuple[Formula, Formula]:
     if exponent == 0.0:
         return 0.5 * _logarithmic(1), -0.5 * _logarithmic(0)
     return p * _difference(p + 1.0), -p * _difference(p)
+
+
+@cache
+def _total(exponent: float | Variable) -> Formula:
+    """Return Σ x^(α/2) over the zeros x of P, which is D[P' x^(α/2)]."""
+    if isinstance(exponent, Variable):
+        return VariableTotal(0.5 * exponent)
+    q = 0.5 * exponent
+    found = 3.0 * _difference(q + 2.0) - 2.0 * I1 * _difference(q + 1.0)
+    return found + I2 * _difference(q)
 
 
 def _difference(q: float) -> Formula:
@@ -172,18 +199,46 @@ class VariableDifference(Formula, frozen=True):
         return self.power, *_of_logarithm()
 
     def from_parts(self, values: Values, of: PartValues) -> Any:
-        z1, z2, (below, last, above) = of(_Z1), of(_Z2), map(of, _of_logarithm())
-        # log x by powers of x - 1, of which D gives the coefficients by those of x.
-        log = below + above - last * (z1 + 2.0), above - last * (z1 + 1.0), last
-        part = [of(self.power) * 2.0**-_SQUARINGS * each for each in log]
-        found: Sequence[Any] = (1.0, 0.0, 0.0)
-        for k in range(_TERMS, 0, -1):
-            free, once, twice = _times([each / k for each in part], found, z1, z2)
-            found = 1.0 + free, once, twice
-        for _ in range(_SQUARINGS):
-            found = _times(found, found, z1, z2)
-        _, once, twice = found
-        return twice + once + twice * z1 if self.more else twice
+        _, once, twice = _power(self.power, of)
+        return twice + once + twice * of(_Z1) if self.more else twice
+
+
+class VariableTotal(Formula, frozen=True):
+    """Σ x^q, where q is a formula; it is differentiated where it is compiled.
+
+    Attributes:
+        power: q.
+    """
+
+    power: Formula
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        return self.power, *_of_logarithm()
+
+    def from_parts(self, values: Values, of: PartValues) -> Any:
+        (free, once, twice), z1, z2 = _power(self.power, of), of(_Z1), of(_Z2)
+        # The sums of z = x - 1 and of z² are z1 and z1² + 4 z1 - 2 z2.
+        return 3.0 * free + once * z1 + twice * (z1 * (z1 + 4.0) - 2.0 * z2)
+
+
+def _power(power: Formula, of: PartValues) -> Sequence[Any]:
+    """Return x^q at the zeros, as the coefficients of a polynomial of x - 1.
+
+    Args:
+        power: q.
+    """
+    z1, z2, (below, last, above) = of(_Z1), of(_Z2), map(of, _of_logarithm())
+    # log x by powers of x - 1, of which D gives the coefficients by those of x.
+    log = below + above - last * (z1 + 2.0), above - last * (z1 + 1.0), last
+    part = [of(power) * 2.0**-_SQUARINGS * each for each in log]
+    found: Sequence[Any] = (1.0, 0.0, 0.0)
+    for k in range(_TERMS, 0, -1):
+        free, once, twice = _times([each / k for each in part], found, z1, z2)
+        found = 1.0 + free, once, twice
+    for _ in range(_SQUARINGS):
+        found = _times(found, found, z1, z2)
+    return found
 
 
 def _times(one: Sequence[Any], other: Sequence[Any], z1: Any, z2: Any) -> tuple[Any, Any, Any]:

@@ -18,7 +18,8 @@ from tissuec.laws.solid.volume import volume_energies
 #: Invariants of stretched and of sheared solids, at which energies are compared.
 _STATES = {
     "i1": np.array([3.01, 3.4, 5.0]), "i2": np.array([3.01, 3.3, 4.2]),
-    "trace": np.array([3.5, 3.1, 5.5]), "j": np.array([1.2, 0.8, 0.9]),
+    "trace": np.array([3.5, 3.1, 5.5]), "cofactors": np.array([3.4, 2.9, 4.7]),
+    "j": np.array([1.2, 0.8, 0.9]), "lame": np.array([1.5, 0.2, 9.0]),
 }  # fmt: skip
 _SAME = 1e-9  # of energies: what follows from moduli in two ways differs by rounding
 

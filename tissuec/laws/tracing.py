@@ -21,7 +21,12 @@ from tissuec.laws.formula import (
     VariablePower,
 )
 from tissuec.laws.formula import variables as names_in
-from tissuec.laws.principal import PrincipalSum, SumByExponent, VariableDifference
+from tissuec.laws.principal import (
+    PrincipalSum,
+    SumByExponent,
+    VariableDifference,
+    VariableTotal,
+)
 from tissuec.laws.uniaxial import TensionEnergy, TensionStrain
 
 _FUNCTIONS: Mapping[str, Callable[[Number], Number]] = {
@@ -102,7 +107,7 @@ def _value(
         case SumByExponent():
             value, _ = _by_slopes(formula)
             return autodiff.in_arrays(value, [of(part) for part in formula.parts])
-        case VariableDifference() | TensionStrain():
+        case VariableDifference() | VariableTotal() | TensionStrain():
             return formula.from_parts(variables, of)
         case _:
             raise TypeError(f"{type(formula).__name__} cannot be traced")

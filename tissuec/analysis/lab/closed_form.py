@@ -2,18 +2,16 @@
 
 No net or element is used: a principal stretch λ has the nominal stress
 
-    P = μ (ψ1 ∂I1/∂λ + ψ2 ∂I2/∂λ) + K h'(J) J/λ + ∂W/∂λ of fibres,
+    P = W1 ∂I1/∂λ + W2 ∂I2/∂λ + Wg ∂g/∂λ + h'(J) J/λ + ∂W/∂λ of fibres,
 
-with I1 = J^(-2/3) Σ λ², I2 = J^(-4/3) Σ λ²λ'², J the product of the stretches and h the
-energy of the volume; stretches across a load follow from zero stress. The derivatives of ψ and
-h are those of the reference; coupled laws have tr C in the place of I1. A bar that is
-sheared by γ keeps its volume, and has I1 = I2 = 3 + γ². (G. A. Holzapfel, Nonlinear Solid
-Mechanics, 2000, chapter 6; T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface
-3:15, 2006, on fibres.)
+with I1 = g Σ λ², I2 = g² Σ λ²λ'², g = J^(-2/3), J the product of the stretches and h the energy
+of the volume; stretches across a load follow from zero stress. The derivatives of W and h are
+those of the reference. A bar that is sheared by γ keeps its volume, and has I1 = I2 = 3 + γ².
+(G. A. Holzapfel, Nonlinear Solid Mechanics, 2000, chapter 6; T. C. Gasser, R. W. Ogden, G. A.
+Holzapfel, J. R. Soc. Interface 3:15, 2006, on fibres.)
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -37,7 +35,7 @@ from tissuec.scene.tissues.quantities import (
     POISSONS_RATIO,
     YOUNGS_MODULUS,
 )
-from tissuec.validate.forces.solid_laws import Slopes, SolidLaws, is_coupled, slopes_of
+from tissuec.validate.forces.solid_laws import SolidLaws
 
 _TRIES = 60  # of Newton's method
 _STRIDE = 0.2  # of logarithms of stretches, at most in one of them
@@ -49,18 +47,13 @@ class LawCurve(Struct, frozen=True):
     """The law of a solid.
 
     Attributes:
-        shear, bulk: Moduli μ and K at rest [Pa].
-        slopes: Derivatives of ψ by I1 and I2.
-        volume: The derivative of the energy of the volume by J [Pa].
-        is_coupled: Whether ψ depends on tr C.
+        bulk: Modulus K at rest [Pa].
+        laws: With the law as that of the only element.
         fibres: k1 [Pa], k2 and the dispersion κ of fibres along x; all 0 without any.
     """
 
-    shear: float
     bulk: float
-    slopes: Slopes
-    volume: Callable[[Any], Any]
-    is_coupled: bool = False
+    laws: SolidLaws
     fibres: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @classmethod
@@ -75,15 +68,9 @@ class LawCurve(Struct, frozen=True):
         added = given.get(FIBRE_MODULUS, young) - young
         fibres = 0.25 * added / (1.0 - 3.0 * spread) ** 2, given.get(FIBRE_STIFFENING, 0.0)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        laws = SolidLaws([law], np.zeros(1, dtype=np.int64), np.array([shear]))
-        return cls(
-            shear,
-            bulk,
-            slopes_of(law),
-            lambda j: laws.of_volume(np.array([j]), bulk)[1][0],
-            is_coupled(law),
-            (*fibres, spread),
-        )
+        moduli = np.array([shear]), np.array([bulk])
+        laws = SolidLaws([law], np.zeros(1, dtype=np.int64), *moduli)
+        return cls(bulk, laws, (*fibres, spread))
 
     def stress(self, mode: str, strains: Sequence[float]) -> Floats:
         """Return nominal stresses in a mode [Pa], shape (strain,).
@@ -116,7 +103,7 @@ class LawCurve(Struct, frozen=True):
 
     def _sheared(self, amount: float) -> float:
         """Return the shear stress along x on faces across y."""
-        first, second = self._by_invariants(3.0 + amount**2, 3.0 + amount**2)
+        first, second, _ = self._by_invariants(3.0 + amount**2, 3.0 + amount**2, 1.0)
         k1, k2, spread = self.fibres
         e = spread * amount**2
         return 2.0 * amount * (first + second + k1 * e * np.exp(k2 * e**2) * spread)
@@ -134,9 +121,10 @@ class LawCurve(Struct, frozen=True):
         two = g**2 * 0.5 * (square.sum() ** 2 - (square**2).sum())
         by_one = 2.0 * g * stretches - 2.0 / 3.0 * one / stretches
         by_two = 2.0 * g**2 * stretches * (square.sum() - square) - 4.0 / 3.0 * two / stretches
-        first, second = self._by_invariants(one, two)
-        of_law = 2.0 * stretches if self.is_coupled else by_one
-        found = first * of_law + second * by_two + self.volume(volume) * volume / stretches
+        first, second, by_g = self._by_invariants(one, two, g)
+        of_volume = float(self.laws.of_volume(np.array([volume]), self.bulk)[1][0])
+        even = (volume * of_volume - 2.0 / 3.0 * g * by_g) / stretches
+        found = first * by_one + second * by_two + even
         k1, k2, spread = self.fibres
         e = self._fibre_strain(one, square)
         if k1 and (e > 0.0 if drawn is None else drawn):
@@ -156,9 +144,10 @@ class LawCurve(Struct, frozen=True):
         spread = self.fibres[2]
         return float(spread * (first - 3.0) + (1.0 - 3.0 * spread) * (square[0] - 1.0))
 
-    def _by_invariants(self, one: float, two: float) -> tuple[float, float]:
-        first, second = self.slopes(np.array([one]), np.array([two]))
-        return self.shear * float(first[0]), self.shear * float(second[0])
+    def _by_invariants(self, one: float, two: float, g: float) -> tuple[float, float, float]:
+        at = (np.array([each]) for each in (one, two, g, g))
+        first, second, *by_g = (float(each[0]) for each in self.laws.slopes(*at))
+        return first, second, sum(by_g)
 
     # --- equilibrium across -------------------------------------------------------------------
 

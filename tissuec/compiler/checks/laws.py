@@ -13,6 +13,7 @@ from tissuec.laws import stress_in
 from tissuec.laws.formula import Choice, every
 from tissuec.scene.model import WrittenLaw
 from tissuec.scene.tissues.laws import SOLID_LAW
+from tissuec.scene.tissues.quantities import POISSONS_RATIO
 
 
 @check
@@ -23,7 +24,7 @@ def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
         are_bars = any(SOLID_LAW in tissue.laws for tissue in body.tissues)
         if body.elements is None and not are_bars:
             continue
-        from tissuec.compiler.elements.bodies import law_of
+        from tissuec.compiler.elements.bodies import POISSON, law_of
         from tissuec.laws.stability import stable_strains
 
         for tissue in body.tissues:
@@ -31,7 +32,10 @@ def unstable_laws(compiled: Compiled) -> Iterator[Diagnostic]:
                 continue
             seen.add(tissue.name)
             law, place = law_of(tissue)
-            if (found := stable_strains(law)) is None:
+            given = tissue.given.get(POISSONS_RATIO)
+            ratio = POISSON if given is None else given.value
+            lame = 2.0 * ratio / (1.0 - 2.0 * ratio)
+            if (found := stable_strains(law, lame=lame)) is None:
                 continue
             limits = {
                 "tension": found.tension,

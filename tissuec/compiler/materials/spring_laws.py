@@ -109,8 +109,17 @@ class SpringLaws:
                     hint=leaving_out("remove one of them", solid.span, other.span),
                     notes=(Note("the spring law", other.span),),
                 )
-            from tissuec.laws.tension import BarOfSolid  # where bars need it
+            from tissuec.laws.solid.volume import is_whole  # where bars need it
+            from tissuec.laws.tension import BarOfSolid
 
+            if is_whole(cast(SolidLaw, solid.law)):
+                self._findings.reject(
+                    "TIS306",
+                    f"{solid.name} is no law of bars: these keep their volume",
+                    solid.span,
+                    hint="write a law without a change of volume, such as neo hookean",
+                    notes=(Note(f"used by {self._body.name}", self._body.span),),
+                )
             bar = BarOfSolid(cast(SolidLaw, solid.law))
             written = replace(solid, formula=bar.force(), law=bar)
             laws = {**laws, "spring law": written}

@@ -299,6 +299,8 @@ class SolidElements(PointField, frozen=True):
     def element_matrices(self, position: Floats, *, exact: bool) -> Floats:
         """Return ∂²E/∂x∂x of each element; see ``PointField``."""
         of_points = super().element_matrices(position, exact=exact)
+        if not self.traced(self._present).is_pooled:
+            return of_points
         return of_points + self._volumetric(position, exact=exact)
 
     def _volumetric(self, position: Floats, *, exact: bool) -> Floats:
@@ -338,8 +340,10 @@ class SolidElements(PointField, frozen=True):
 
     def _alone(
         self, point: TracedPoint, pooled: Floats, values: dict[str, Floats]
-    ) -> Floats:  # fmt: skip
+    ) -> Floats | float:  # fmt: skip
         """Return the energies of volumes [J]; see ``PointField``."""
+        if not point.is_pooled:
+            return 0.0
         values["mean"] = self._projected(pooled)
         return (self.weights * evaluate([point.of_mean], values)[0]).sum(axis=-1)
 

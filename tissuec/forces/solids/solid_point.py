@@ -62,8 +62,8 @@ from tissuec.geometry.bent_cells import BOX_WIDTHS, WIDTHS
 from tissuec.geometry.bent_wedges import WEDGE_WIDTHS
 from tissuec.laws.derivatives import by_first, energy
 from tissuec.laws.formula import Formula, variables
-from tissuec.laws.solid import I2, SolidLaw
-from tissuec.laws.solid.volume import volume_energies
+from tissuec.laws.solid import COFACTORS, I2, SolidLaw
+from tissuec.laws.solid.volume import is_whole, volume_energies
 from tissuec.laws.solid_constants import constant_name
 from tissuec.laws.tracing import traced
 
@@ -141,7 +141,12 @@ def evened(kind: SolidKind) -> SolidKind:
 
 def _is_linear(law: SolidLaw) -> bool:
     """Return whether the energy of a law is linear in C, but for its determinant."""
-    return I2.name not in variables(energy(law)) and not variables(by_first(law))
+    return _is_of_trace(law) and not is_whole(law) and not variables(by_first(law))
+
+
+def _is_of_trace(law: SolidLaw) -> bool:
+    """Return whether the energy of a law depends on tr C and det C alone."""
+    return not variables(energy(law)) & {I2.name, COFACTORS.name}
 
 
 @cache
@@ -183,7 +188,18 @@ def traced_point(kind: SolidKind) -> TracedPoint:
         own = CellKind(cell, shares, modes.cell.shares.shape[1], widths)
         return TracedPoint(bent, None, kind.widths, kind.tensors, cell=own)
     functions = kind.functions
-    return TracedPoint(point, of_volume, kind.widths, kind.tensors, functions=functions)
+    mean = of_volume if _is_pooled(kind) else None
+    return TracedPoint(point, mean, kind.widths, kind.tensors, functions=functions)
+
+
+def _is_pooled(kind: SolidKind) -> bool:
+    """Return whether the mean volume of any element counts."""
+    return not all(map(is_whole, kind.laws))
+
+
+def _has_whole(kind: SolidKind) -> bool:
+    """Return whether any element has a whole law."""
+    return any(map(is_whole, kind.laws))
 
 
 class _Strain(NamedTuple):
@@ -195,6 +211,7 @@ class _Strain(NamedTuple):
         f, rate: The deformation and its rate, for viscosity and stress in space.
         trace: tr C, where that is known; None where it follows from C.
         squares: Of the stretches along families of fibres, likewise.
+        ratio: Of volumes of the cell, to which whole laws refer; None where it is j.
     """
 
     right: Tensor
@@ -203,6 +220,7 @@ class _Strain(NamedTuple):
     rate: Tensor
     trace: Number | None = None
     squares: Sequence[Number] | None = None
+    ratio: Number | None = None
 
     def stretched(self, kind: SolidKind, p: Numbers) -> "_Strain":
         """Return the strain with the prestretch."""
@@ -215,15 +233,20 @@ class _Strain(NamedTuple):
 
 
 def _strains_of(kind: SolidKind, cell: bent_cell.BentCell, p: Numbers) -> list[list[Number]]:
-    """Return the coefficients of tr C, of squares of stretches, of C, J and F (1 + D)."""
+    """Return the coefficients of tr C, of squares of stretches, of C, J and F (1 + D).
+
+    With whole laws, the ratio of volumes of the cell is the last one.
+    """
     bending, j, ways = cell.bending, autodiff.determinant(cell.mean), _ways(kind, p)
-    form, right = bending.form, [autodiff.symmetric(each) for each in bending.right]
+    right = [autodiff.symmetric(each) for each in bending.right]
+    form, ratio = bending.form, cell.ratio
     drawn, trace = right, bending.trace  # with fewer operations than from C
     if kind.families:
         trace = list(map(autodiff.trace, right))
     if kind.is_stretched:
         more = Tensor(p.stretch[k : k + 3] for k in (0, 3, 6))
-        form, j = [each @ more for each in form], j * autodiff.determinant(more)
+        wider = autodiff.determinant(more)
+        form, j, ratio = [each @ more for each in form], j * wider, ratio * wider
         right = [more.transposed @ each @ more for each in drawn]
         wide, ways = more @ more.transposed, [more.of(way) for way in ways]
         trace = [autodiff.inner(each, wide) for each in drawn]
@@ -232,6 +255,7 @@ def _strains_of(kind: SolidKind, cell: bent_cell.BentCell, p: Numbers) -> list[l
         trace, *squares,
         *([each.rows[i][k] for each in right] for i, k in PLACES[3]),
         [j], *map(list, zip(*(each.flat for each in form), strict=True)),
+        *([ratio] for _ in range(_has_whole(kind))),
     ]  # fmt: skip
     return [own[:1] for own in found] if kind.is_even else found
 
@@ -248,8 +272,9 @@ def _bent_strains(
         Tensor(each[first + k : first + k + 3] for k in (7, 10, 13)) for each in (f, rate)
     )
     whole = _Strain(autodiff.from_half(f[first : first + 6]), f[first + 6], form, moving)
-    by_trace = (I2.name not in variables(energy(law)) for law in kind.laws)
-    if kind.tensors or not all(by_trace):
+    if _has_whole(kind):
+        whole = whole._replace(ratio=f[first + 16])
+    if kind.tensors or not all(map(_is_of_trace, kind.laws)):
         return whole, whole
     return whole._replace(trace=trace, squares=squares), whole
 
@@ -262,7 +287,7 @@ def _ways(kind: SolidKind, p: Numbers) -> list[Vector]:
 def _point(
     kind: SolidKind, strain: _Strain, tensors: Sequence[Tensor], p: Numbers
 ) -> PointState:
-    right, j, f, rate, i1, squares = strain
+    right, j, f, rate, i1, squares, ratio = strain
     if i1 is None or squares is None:
         i1 = autodiff.trace(right)
         squares = [autodiff.dot(each, right.of(each)) for each in _ways(kind, p)]
@@ -282,39 +307,52 @@ def _point(
         shrink = falling(autodiff.determinant(right), 1, LEAST**2)
     turned = shrink * right
     held = [autodiff.inner(turned, _unimodular_inverse(tensor)) + fold for tensor in branches]
-    flows = in_series(kind, g, (first, second), held, p)
+    wide = g if ratio is None else isochoric(ratio)
+    flows = in_series(kind, (g, wide), (first, second), held, p)
     stored = in_parallel(kind, flows, g * i1 + fold, j, squares, p)
     loss: Number | float = 0.0
     if kind.is_viscous:
         moving = autodiff.deviator(autodiff.symmetric_part(rate @ f.cofactors.transposed))
         loss = p.viscosity / autodiff.maximum(j, LEAST) * autodiff.square(moving)
     rates = _rates(kind, right, turned, flows, plastic, branches, p)
-    kirchhoff = _kirchhoff(stored, strain)
+    kirchhoff = _kirchhoff(kind, stored, strain)
     seen = {
         "invariants": [first, second],
+        "ratio": [j],
         "paces": paces(kind, flows, (first, second), held, p),
         "isochoric": [turned.rows[i][k] for i, k in PLACES[3]],
         "deformation": f.flat,
         "kirchhoff": kirchhoff,
         "cauchy": [each / autodiff.maximum(j, LEAST) for each in kirchhoff],
     }
-    return PointState(stored, loss, 0.0 if kind.is_bent else j, rates, seen)
+    pooled = 0.0 if kind.is_bent or not _is_pooled(kind) else j
+    return PointState(stored, loss, pooled, rates, seen)
 
 
 def in_series(
-    kind: SolidKind, g: Number, invariants: Sequence[Number], held: Sequence[Number], p: Numbers
-) -> Number:
+    kind: SolidKind, volumes: Sequence[Number], invariants: Sequence[Number],
+    held: Sequence[Number], p: Numbers,
+) -> Number:  # fmt: skip
     """Return the energy of laws and branches, in series with the plastic flow [Pa].
 
     Args:
-        g: J^(-2/3).
+        volumes: J^(-2/3), and what whole laws have in its place.
         invariants: Isochoric, of the elastic strain.
         held: tr(C' A) of branches.
     """
-    i1, i2 = invariants
-    values = {"i1": i1, "i2": i2, "trace": i1 / g}
-    values |= {constant_name(k): one_of(p.constant, k) for k in range(kind.constants)}
-    found = p.shear * _chosen(kind, lambda law: traced(energy(law), values), p)
+    (i1, i2), (own, wide) = invariants, volumes
+    values = {constant_name(k): one_of(p.constant, k) for k in range(kind.constants)}
+    values |= {"i1": i1, "i2": i2, "trace": i1 / own}
+    whole = values
+    if _has_whole(kind):  # with the J of its power -2/3, which is positive
+        j, lame = 1.0 / (wide * autodiff.sqrt(wide)), _lame(kind, p)
+        more = {"trace": i1 / wide, "cofactors": i2 / (wide * wide), "j": j, "lame": lame}
+        whole = values | more
+
+    def of(law: SolidLaw) -> Number:
+        return traced(energy(law), whole if is_whole(law) else values)
+
+    found = p.shear * _chosen(kind, of, p)
     for k, each in enumerate(held):
         found = found + 0.5 * one_of(p.branch_shear, k) * (each - 3.0)
     return found
@@ -344,13 +382,18 @@ def in_parallel(
     return found
 
 
-def _kirchhoff(stored: Number, strain: _Strain) -> list[Number]:
+def _kirchhoff(kind: SolidKind, stored: Number, strain: _Strain) -> list[Number]:
     """Return F S Fᵀ + J (∂W/∂J + p) with the pressure p of the element, by ``PLACES`` [Pa]."""
     half = [strain.right.rows[i][k] for i, k in PLACES[3]]
-    (by_j,) = autodiff.gradient(stored, [strain.j], half)
+    by = [strain.j, *([] if strain.ratio is None else [strain.ratio])]
+    by_j, *by_ratio = autodiff.gradient(stored, by, [*half, *by])
     stress = _stress(stored, strain.right, strain.j)
     turned = strain.f @ stress @ strain.f.transposed
-    pressure = strain.j * (by_j + strain.j.graph.input("swell"))
+    if _is_pooled(kind):
+        by_j = by_j + strain.j.graph.input("swell")
+    pressure = strain.j * by_j
+    for each in by_ratio:
+        pressure = pressure + by[1] * each
     return [turned.rows[i][k] + (pressure if i == k else 0.0) for i, k in PLACES[3]]
 
 
@@ -463,6 +506,14 @@ def _of_volume(kind: SolidKind, j: Number, p: Numbers) -> list[Number]:
     return [
         _chosen(kind, lambda law, k=k: continued(volume_energies(law)[k]), p) for k in range(2)
     ]
+
+
+def _lame(kind: SolidKind, p: Numbers) -> Number:
+    """Return Lamé's constant λ over the shear modulus."""
+    bulk, *more = (getattr(p, name) for name in ("bulk", "local") if name in kind.widths)
+    for each in more:
+        bulk = bulk + each
+    return bulk / p.shear - 2.0 / 3.0
 
 
 def _chosen(kind: SolidKind, of: Callable[[SolidLaw], Number], p: Numbers) -> Number:

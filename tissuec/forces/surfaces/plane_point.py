@@ -177,6 +177,7 @@ def _point(
         loss = p.viscosity * j / (near * near) * both
     seen = {
         "invariants": here.invariants,
+        "ratio": [j],
         "paces": paces(kind, here.flows, here.invariants, here.held, p),
         "isochoric": here.isochoric,
         "thickness": [j * plane.narrow],
@@ -196,7 +197,7 @@ def _strained(kind: SolidKind, plane: _Plane, root: Number, p: Numbers) -> _Stra
     across, isochoric, square = over * over, g * plane.right, g * g * plane.square
     invariants = _invariants(plane, isochoric, square, across)
     held = [_held(each, isochoric, across) for each in plane.branches]
-    flows = in_series(kind, g, invariants, held, p)
+    flows = in_series(kind, (g, g), invariants, held, p)
     whole = isochoric[0] + isochoric[1] + across
     stored = in_parallel(kind, flows, whole, root**3, plane.squares, p)
     return _Strained(isochoric, square, across, invariants, held, flows, stored)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from tissuec.core import units
 from tissuec.core.fields import Real
-from tissuec.laws.formula import Formula, exp
+from tissuec.laws.formula import ZERO, Formula, as_formula, exp
 from tissuec.laws.solid import I1, I2, SOLID_LAWS, TRACE
 from tissuec.laws.solid.volume import WithVolume
 
@@ -100,3 +100,30 @@ class VerondaWestmann(WithVolume, frozen=True):
         """Return (exp(k (I1 - 3)) - 1)/k - (I2 - 3)/2."""
         k = self.stiffening
         return (exp(k * (I1 - 3.0)) - 1.0) * (1.0 / k) - 0.5 * (I2 - 3.0)
+
+
+#: Of the expansion of the inverse Langevin function by powers of I1 over the segments.
+_OF_CHAINS = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)
+
+
+@SOLID_LAWS.member("arruda boyce")
+class ArrudaBoyce(WithVolume, frozen=True):
+    """The energy μ Σ c_i/N^(i-1) (I1^i - 3^i) over what makes μ the shear modulus at rest.
+
+    These are the first five terms of chains of N segments. (E. M. Arruda, M. C. Boyce, J. Mech.
+    Phys. Solids 41:389, 1993.)
+
+    Attributes:
+        segments: The number N; chains are straight where I1 is 3 N.
+    """
+
+    segments: Annotated[float, Real(units.NUMBER, above=0.0)]
+
+    def energy(self) -> Formula:
+        """Return Σ c_i/N^(i-1) (I1^i - 3^i) / 2 Σ i c_i (3/N)^(i-1)."""
+        over, found, modulus, share = 1.0 / self.segments, ZERO, ZERO, as_formula(1.0)
+        for k, each in enumerate(_OF_CHAINS, start=1):
+            found = found + each * share * (I1**k - 3.0**k)
+            modulus = modulus + 2.0 * k * each * share * 3.0 ** (k - 1)
+            share = share * over
+        return found / modulus

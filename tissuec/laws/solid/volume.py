@@ -8,16 +8,15 @@ Mech. Eng. 85:273, 1991, section 2.2; S. Doll, K. Schweizerhof, J. Appl. Mech. 6
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 from msgspec import Struct
 
 from tissuec.core.fields import OneOf
 from tissuec.laws.derivatives import energy
-from tissuec.laws.formula import ZERO, Formula, Variable, apply, variables
-from tissuec.laws.solid import TRACE, SolidLaw
+from tissuec.laws.formula import ZERO, Formula, apply, variables
+from tissuec.laws.solid import LAME, TRACE, J, SolidLaw
 
-J = Variable("j")
 _LOG = apply("log", (J,))
 LOGARITHMIC = "logarithmic"
 #: Formulas of j, by their names in the language.
@@ -28,6 +27,10 @@ VOLUMES: Mapping[str, Formula] = {
 }
 
 
+#: The type of fields that name one of ``VOLUMES``.
+VolumeName: TypeAlias = Annotated[str, OneOf(tuple(VOLUMES))]
+
+
 class WithVolume(Struct, frozen=True, kw_only=True):
     """A law of a solid that says what a change of volume costs.
 
@@ -35,7 +38,7 @@ class WithVolume(Struct, frozen=True, kw_only=True):
         volume: One of ``VOLUMES``.
     """
 
-    volume: Annotated[str, OneOf(tuple(VOLUMES))] = LOGARITHMIC
+    volume: VolumeName = LOGARITHMIC
 
 
 @cache
@@ -43,8 +46,16 @@ def volume_energies(law: SolidLaw) -> tuple[Formula, Formula]:
     """Return energies of the volume over the bulk and the shear modulus, formulas of j.
 
     The second one is what coupled laws need beside their energy, so that they have no stress at
-    rest, and K there: their volume has the modulus λ = K - 2 μ/3.
+    rest, and K there: their volume has the modulus λ = K - 2 μ/3. Whole laws have neither.
     """
+    if is_whole(law):
+        return ZERO, ZERO
     own = VOLUMES[getattr(law, "volume", LOGARITHMIC)]
     is_coupled = TRACE.name in variables(energy(law))
     return own, -1.0 * (_LOG + 2.0 / 3.0 * own) if is_coupled else ZERO
+
+
+@cache
+def is_whole(law: SolidLaw) -> bool:
+    """Return whether the energy of a law includes that of the volume."""
+    return LAME.name in variables(energy(law))

@@ -39,6 +39,7 @@ class Strained(NamedTuple):
         j: Ratios of volumes, shape (element, point).
         pressure: Slope of the energy of the volume of elements [Pa], shape (element,), or
             where volumes are linear in the place, shape (element, point).
+        ratio: Of volumes, to which whole laws refer: J, or that of whole cells, of its shape.
         cells: How hexahedra are bent; None for other elements.
     """
 
@@ -46,6 +47,7 @@ class Strained(NamedTuple):
     c: Any
     j: Any
     pressure: Any
+    ratio: Any
     cells: Any = None
 
     @property
@@ -76,7 +78,6 @@ class ElementSolid(ForceFormula):
         of = elements.fibres
         self._along = of.along
         self._fibres = of.stiffness[:, None], of.stiffening[:, None], of.dispersion[:, None]
-        self._laws = SolidLaws(elements.laws, elements.law, self._shear)
         has_branches = elements.branches is not None and len(elements.internal_rows)
         self.branches = RelaxingElements(elements) if has_branches else None
         yields = elements.yielding is not None and len(elements.internal_rows)
@@ -112,6 +113,9 @@ class ElementSolid(ForceFormula):
             self._weight = np.broadcast_to(even, self._weight.shape)
         elif self._drawn is not None:
             self._slope = np.einsum("eqax,exy->eqay", self._slope, self._drawn)
+        self._laws = SolidLaws(
+            elements.laws, elements.law, self._shear, elements.bulk_modulus[:, None]
+        )
         self._entities = elements.walls
         self._limits = elements.limits
 
@@ -134,9 +138,9 @@ class ElementSolid(ForceFormula):
         if self._smooth is not None:
             _, slope = self._laws.of_volume(self._fitted(j), self._bulk[:, None])
             # The transpose of the fit with weights is the fit with weights.
-            return Strained(f, c, j, self._fitted(slope))
+            return Strained(f, c, j, self._fitted(slope), j)
         mean = (self._weight * j).sum(axis=1) / self._volume
-        return Strained(f, c, j, self._laws.of_mean(mean, self._bulk)[1])
+        return Strained(f, c, j, self._laws.of_mean(mean, self._bulk)[1], j)
 
     def _fitted(self, values: Any) -> Any:
         """Return the linear fit to values of points, shape (element, point)."""
@@ -147,13 +151,15 @@ class ElementSolid(ForceFormula):
         assert self._cells is not None
         at: Any = self._cells.bent(corners)
         whole, _, c = self._cells.points(at)
-        f, j = at.mean[:, None] @ whole, np.linalg.det(at.mean)
+        f, j, ratio = at.mean[:, None] @ whole, np.linalg.det(at.mean), at.volume
         if self._drawn is not None:
             more = self._drawn[:, None]
             f, c = f @ more, more.swapaxes(-1, -2) @ c @ more
-            j = j * np.linalg.det(self._drawn)
+            wider = np.linalg.det(self._drawn)
+            j, ratio = j * wider, ratio * wider
         slope = self._laws.of_mean(at.volume, self._bulk)[1]
-        return Strained(f, c, np.repeat(j[:, None], c.shape[1], axis=1), slope, at)
+        j, ratio = (np.repeat(each[:, None], c.shape[1], axis=1) for each in (j, ratio))
+        return Strained(f, c, j, slope, ratio, at)
 
     def _flowed(self, velocity: Floats) -> Floats | None:
         """Return Cp⁻¹ without its volume, shape (element, point, 3, 3); None if none yields."""
@@ -162,42 +168,41 @@ class ElementSolid(ForceFormula):
     def _whole_stress(self, state: Strained, *more: Any, fibred: bool = True) -> Any:
         """Return S with what J adds to it [Pa]; see ``_stress``."""
         c = state.c
-        stress, by_j = self._stress(c, state.j, *more, fibred=fibred)
+        stress, by_j, by_ratio = self._stress(state, *more, fibred=fibred)
         cofactors = _cofactors(c)  # of a symmetric tensor
-        by_j = by_j + state.at_points * fibred
+        by_j = by_j + by_ratio * state.ratio / state.j + state.at_points * fibred
         square = np.einsum("eqk,eqk->eq", c[..., 0], cofactors[..., 0])
         return stress + (by_j * state.j / square)[..., None, None] * cofactors
 
     def _stress(
         self,
-        c: Any,
-        j: Any,
+        state: Strained,
         relaxing: Floats | None = None,
         flowed: Floats | None = None,
         *,
         fibred: bool = True,
-    ) -> tuple[Any, Any]:
-        """Return 2 ∂W/∂C, shape (element, point, 3, 3), and ∂W/∂J [Pa].
+    ) -> tuple[Any, Any, Any]:
+        """Return 2 ∂W/∂C, shape (element, point, 3, 3), ∂W/∂J, and that by the ratio [Pa].
 
         Args:
-            c: C, dimensionless, which may be complex, shape (element, point, 3, 3).
-            j: J, shape (element, point).
+            state: Of the elements, which may be complex.
             relaxing: Σ μk B of branches [Pa], shape (element, point, 3, 3); None without any.
             flowed: Cp⁻¹ without its volume, of the same shape; None if none yields.
             fibred: Whether to include fibres and volume, which are in parallel with any flow.
         """
+        c, j = state.c, state.j
         a, b, d = c[..., 0, 0], c[..., 1, 1], c[..., 2, 2]
         p, q, r = c[..., 1, 2], c[..., 0, 2], c[..., 0, 1]
         first, second = a + b + d, a * b + b * d + d * a - p * p - q * q - r * r
-        near = np.where(j.real < LEAST, LEAST, j)
-        g, slope = _isochoric(near, j - near)
+        g, slope = _continued(j)
         one, i1, i2 = np.eye(3), first, second
         if flowed is not None:
             one, (i1, i2) = flowed, _invariants(c @ flowed)
         fold, folding = _folded(j)
         large = g * i1 + fold
         pair, (by_large, by_own, by_fold) = _paired(large, g**2 * i2 + 2.0 * fold, fold)
-        by_first, by_pair, by_g = self._laws.slopes(large, pair, g)
+        wide, by_ratio = _continued(state.ratio)
+        by_first, by_pair, by_g, by_wide = self._laws.slopes(large, pair, g, wide)
         by_first, by_second = by_first + by_pair * by_large, by_pair * by_own
         by_j = slope * (by_first * i1 + 2.0 * g * by_second * i2 + by_g)
         by_j = by_j + folding * by_pair * by_fold
@@ -226,7 +231,7 @@ class ElementSolid(ForceFormula):
                 stress = stress + (by_square * held)[..., None, None] * _cofactors(c)
             by_j = by_j + 0.5 * folding * self.branches.sudden[:, None]
             stress = stress + g[..., None, None] * relaxing
-        return stress, by_j
+        return stress, by_j, by_ratio * by_wide
 
     def resistance(self, count: int) -> Floats:
         """Return Σ w (2 μ + K) |∂N_a/∂X|² of each node [N/m], shape (node,).
@@ -267,11 +272,13 @@ class ElementSolid(ForceFormula):
             return np.einsum(
                 "eq,eqxk,eqkl,eqal->eax", self._weight, state.f, stress, self._slope
             )
-        stress, by_j = self._stress(state.c, state.j, *memory)
+        stress, by_j, by_ratio = self._stress(state, *memory)
         if self._drawn is not None:
             stress = self._drawn[:, None] @ stress @ self._drawn[:, None].swapaxes(-1, -2)
-            by_j = by_j * np.linalg.det(self._drawn)[:, None]
-        return self._cells.pushes(state.cells, stress, by_j, state.pressure)
+            more = np.linalg.det(self._drawn)[:, None]
+            by_j, by_ratio = by_j * more, by_ratio * more
+        pressure = state.pressure + by_ratio.mean(axis=1)  # points have equal weights
+        return self._cells.pushes(state.cells, stress, by_j, pressure)
 
     def _of_piola(
         self, state: Strained, piola: Floats, position: Floats, velocity: Floats
@@ -309,9 +316,8 @@ class ElementSolid(ForceFormula):
         yield, laws are left out, because their energy depends on the plastic strain.
         """
         state = self._strained(position)
-        _, c, j, _, at = state
-        near = np.maximum(j, LEAST)
-        g, _ = _isochoric(near, j - near)
+        _, c, j, _, ratio, at = state
+        (g, _), (wide, _) = _continued(j), _continued(ratio)
         first = np.trace(c, axis1=2, axis2=3)
         second = 0.5 * (first**2 - np.einsum("eqkl,eqlk->eq", c, c))
         fold, _ = _folded(j)
@@ -319,7 +325,7 @@ class ElementSolid(ForceFormula):
         total, _ = self._laws.of_volume(j, self._local)
         if self.plastic is None:
             pair, _ = _paired(one + 3.0, g * g * second + 2.0 * fold, fold)
-            total += self._laws.energies(one + 3.0, pair, g)
+            total += self._laws.energies(one + 3.0, pair, g, wide)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             stretched = np.einsum("eqkl,ek,el->eq", c, along, along)
@@ -353,9 +359,10 @@ class ElementSolid(ForceFormula):
         f = state.f
         part = self._weight / self._volume[:, None]
         widest = np.linalg.svd(np.einsum("eq,eqxk->exk", part, f), compute_uv=False)[:, 0]
-        stress, by_j = self._stress(state.c, state.j)
+        stress, by_j, by_ratio = self._stress(state)
         kirchhoff = np.einsum("eq,eqxk,eqkl,eqyl->exy", part, f, stress, f)
-        mean = (part * state.j * (by_j + state.at_points)).sum(axis=1)
+        mean = state.j * (by_j + state.at_points) + state.ratio * by_ratio
+        mean = (part * mean).sum(axis=1)
         kirchhoff = kirchhoff + mean[:, None, None] * np.eye(3)
         largest = np.linalg.eigvalsh(kirchhoff)[:, -1] / widest
         held = self._energies(position) / self._volume ** (2.0 / 3.0)
@@ -377,8 +384,7 @@ class ElementSolid(ForceFormula):
         """
         state = self._strained(position)
         if self._cells is None:
-            near = np.maximum(state.j, LEAST)
-            g, _ = _isochoric(near, state.j - near)
+            g, _ = _continued(state.j)
         else:
             g, _ = _of_square(state.c)
         return np.asarray(g[..., None, None] * state.c)
@@ -401,18 +407,17 @@ class ElementSolid(ForceFormula):
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
         total = np.zeros_like(self._weight)
-        _, c, j, *_ = self._strained(position)
+        _, c, j, _, ratio, _ = self._strained(position)
         fold, _ = _folded(j)
         if self.branches is not None:
             total += self.branches.energy(self.unimodular(position), velocity)
             total += 0.5 * fold * self.branches.sudden[:, None]
         if self.plastic is not None:
             first, second = _invariants(c @ self.plastic.unimodular(velocity))
-            near = np.maximum(j, LEAST)
-            g, _ = _isochoric(near, j - near)
+            (g, _), (wide, _) = _continued(j), _continued(ratio)
             large = g * first + fold
             pair, _ = _paired(large, g * g * second + 2.0 * fold, fold)
-            total += self._laws.energies(large, pair, g)
+            total += self._laws.energies(large, pair, g, wide)
         return float((self._weight * total).sum())
 
     def rates(self, position: Floats, velocity: Floats) -> Floats:
@@ -558,8 +563,10 @@ def _inverse_root(square: Any) -> tuple[Any, Any]:
     return third + below * (slope + 0.5 * bend * below), slope + bend * below
 
 
-def _isochoric(near: Any, below: Any) -> tuple[Any, Any]:
-    """Return Taylor's polynomial of second order of J^(-2/3), and its derivative."""
+def _continued(j: Any) -> tuple[Any, Any]:
+    """Return J^(-2/3) and its derivative, below ``LEAST`` Taylor's polynomial from there."""
+    near = np.where(j.real < LEAST, LEAST, j)
+    below = j - near
     a, b, c = (k * near ** (-2.0 / 3.0 - n) for n, k in enumerate((1.0, -2.0 / 3.0, 5.0 / 9.0)))
     return a + below * (b + c * below), b + 2.0 * c * below
 

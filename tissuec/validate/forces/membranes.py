@@ -51,7 +51,7 @@ class MembraneWall(ForceFormula):
         of = wall.fibres
         self._along = of.along
         self._fibres = of.stiffness, of.stiffening, of.dispersion
-        self._laws = SolidLaws(wall.laws, wall.law, self._shear)
+        self._laws = SolidLaws(wall.laws, wall.law, self._shear, self._bulk)
         has_branches = wall.branches is not None and len(wall.internal_rows)
         self.branches = RelaxingWall(wall) if has_branches else None
         yields = wall.yielding is not None and len(wall.internal_rows)
@@ -152,14 +152,14 @@ class MembraneWall(ForceFormula):
         """
         g, of_g, j, of_q, whole, _ = self._invariants(c, across)
         one, wide, first, second = self._of_laws(c, across, kept)
-        by_first, by_second, own = self._laws.slopes(g * first, g**2 * second, g)
+        by_first, by_second, *own = self._laws.slopes(g * first, g**2 * second, g, g)
         turned = np.empty_like(c)
         turned[:, 0, 0], turned[:, 1, 1] = c[:, 1, 1], c[:, 0, 0]
         turned[:, 0, 1], turned[:, 1, 0] = -c[:, 1, 0], -c[:, 0, 1]
         # With the A of what is plastic, ∂I1/∂C = A, ∂I2/∂C = I1 A - A C A, and what g and J
         # change by.
         by_one = by_first * g + by_second * g * g * first
-        by_g = by_first * g * first + 2.0 * by_second * g * g * second + own * g
+        by_g = by_first * g * first + 2.0 * by_second * g * g * second + sum(own) * g
         by_j = self._laws.of_volume(j, self._bulk)[1] * j
         inside = 2.0 * by_one[:, None, None] * one
         inside = inside - 2.0 * (by_second * g * g)[:, None, None] * (one @ c @ one)
@@ -207,7 +207,7 @@ class MembraneWall(ForceFormula):
         g, _, j, _, whole, _ = self._invariants(c, across)
         *_, first, second = self._of_laws(c, across, kept)
         total, _ = self._laws.of_volume(j, self._bulk)
-        total += self._laws.energies(g * first, g * g * second, g)
+        total += self._laws.energies(g * first, g * g * second, g, g)
         k1, k2, spread = self._fibres
         for along in np.moveaxis(self._along, 1, 0):
             fourth = np.einsum("ekl,ek,el->e", c, along, along)

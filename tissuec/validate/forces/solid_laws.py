@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tissuec.validate.forces import principal_sums
 from tissuec.validate.forces.solid_volumes import of_coupled, volume_of
+from tissuec.validate.forces.whole_laws import is_whole, whole_law
 
 Floats = NDArray[np.float64]
 Slopes = Callable[[Any, Any], tuple[Any, Any]]  # by i1 and i2, of both
@@ -53,6 +54,14 @@ def _ogden(law: Any) -> Slopes:
     return lambda i1, i2: principal_sums.slopes(slope, i1, i2)
 
 
+def _arruda_boyce(law: Any) -> Slopes:
+    """Return c_1 + 2 c_2 (I1/N) + …, which is 1/2 at rest."""
+    parts = np.array([1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0])
+    series = np.polynomial.Polynomial([0.0, *parts]).deriv()
+    rest = 2.0 * series(3.0 / law.segments)
+    return lambda i1, i2: (series(i1 / law.segments) / rest, 0.0 * i2)
+
+
 def _of_tension(law: Any) -> Slopes:
     """Return the slopes of a law from its curve of stress σ: 2 (λ - λ⁻²) ∂W/∂I1 = σ."""
 
@@ -86,6 +95,7 @@ SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "Hencky": _hencky,
     "Ogden": _ogden,
     "OfTension": _of_tension,
+    "ArrudaBoyce": _arruda_boyce,
 }
 
 
@@ -117,36 +127,47 @@ class SolidLaws:
     Args:
         laws: The laws.
         law: Number of the law of each element, shape (element,).
-        shear: Their shear moduli μ [Pa], which broadcast to the shape (element, …) of what
-            follows.
+        shear, bulk: Their moduli μ and K [Pa], which broadcast to the shape (element, …) of
+            what follows.
     """
 
-    def __init__(self, laws: Any, law: NDArray[np.int64], shear: Floats):
-        self._rules = [(slopes_of(one), np.flatnonzero(law == k)) for k, one in enumerate(laws)]
-        self._shear = shear
+    def __init__(self, laws: Any, law: NDArray[np.int64], shear: Floats, bulk: Floats):
+        every = [(one, np.flatnonzero(law == k)) for k, one in enumerate(laws)]
+        self._rules = [(slopes_of(one), own) for one, own in every if not is_whole(one)]
+        self._whole = [(whole_law(one), own) for one, own in every if is_whole(one)]
+        self._shear, self._lame = shear, bulk / shear - 2.0 / 3.0
         self._coupled = [
             (of_coupled(one), np.flatnonzero(law == k))
             for k, one in enumerate(laws) if is_coupled(one)
         ]  # fmt: skip
-        self._volumes = [
-            (volume_of(one), np.flatnonzero(law == k)) for k, one in enumerate(laws)
-        ]
+        self._volumes = [(volume_of(one), own) for one, own in every if not is_whole(one)]
 
-    def slopes(self, i1: Any, i2: Any, g: Any) -> tuple[Any, Any, Any]:
+    def slopes(self, i1: Any, i2: Any, g: Any, wide: Any) -> tuple[Any, Any, Any, Any]:
         """Return the derivatives of energies by invariants without change of volume, and by g.
 
         Args:
             i1, i2: Of each element, which may be complex, shape (element, …).
             g: J^(-2/3), of the same shape.
+            wide: What whole laws have in the place of g.
+
+        Returns:
+            By the arguments.
         """
         first, second = np.zeros_like(i1), np.zeros_like(i1)
         for rule, rows in self._rules:
             first[rows], second[rows] = rule(i1[rows], i2[rows])
-        by_g = np.zeros_like(i1)
+        by_g, by_wide = np.zeros_like(i1), np.zeros_like(i1)
         for _, own in self._coupled:
             first[own] = 0.5 / g[own]  # of (I1/g - 3)/2
             by_g[own] = -0.5 * i1[own] / g[own] ** 2
-        return self._shear * first, self._shear * second, self._shear * by_g
+        for rule, own in self._whole:
+            one, two, by_j = rule.slopes(*self._whole_strain(i1, i2, wide, own))
+            size = wide[own]
+            first[own], second[own] = one / size, two / size**2
+            by_wide[own] = -one * i1[own] / size**2 - 2.0 * two * i2[own] / size**3
+            by_wide[own] -= 1.5 * by_j * size**-2.5
+        found = (self._shear * each for each in (first, second, by_g, by_wide))
+        return tuple(found)
 
     def of_volume(self, j: Any, bulk: Any) -> tuple[Any, Any]:
         """Return the energy of the volume at points [Pa], and its derivative by J.
@@ -172,12 +193,12 @@ class SolidLaws:
             value[rows], slope[rows] = bulk[rows] * one, bulk[rows] * by
         return value, slope
 
-    def energies(self, i1: Floats, i2: Floats, g: Floats) -> Floats:
+    def energies(self, i1: Floats, i2: Floats, g: Floats, wide: Floats) -> Floats:
         """Return energies per volume [Pa], integrals of slopes from I1 = I2 = 3 on.
 
         Args:
             i1, i2: Of each element, shape (element, …).
-            g: J^(-2/3), of the same shape.
+            g, wide: As of ``slopes``.
         """
         one, other, found = i1 - 3.0, i2 - 3.0, np.zeros_like(i1)
         places, weights = np.polynomial.legendre.leggauss(40)
@@ -187,7 +208,16 @@ class SolidLaws:
                 found[rows] += weight * (values[0] * one[rows] + values[1] * other[rows])
         for _, own in self._coupled:
             found[own] = 0.5 * (i1[own] / g[own] - 3.0)
+        for rule, own in self._whole:
+            found[own] = rule.energy(*self._whole_strain(i1, i2, wide, own))
         return self._shear * found
+
+    def _whole_strain(
+        self, i1: Any, i2: Any, wide: Any, own: NDArray[np.int64]
+    ) -> tuple[Any, ...]:
+        """Return the invariants of C, J and λ/μ of elements of whole laws."""
+        size, lame = wide[own], np.broadcast_to(self._lame, i1.shape)
+        return i1[own] / size, i2[own] / size**2, size**-1.5, lame[own]
 
 
 def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:

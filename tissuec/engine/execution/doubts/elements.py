@@ -275,10 +275,13 @@ def _concerned(
     fields: "Sequence[SolidElements | Membranes]",
 ) -> "Iterator[tuple[SolidElements | Membranes, Indices]]":
     """Yield the fields that have elements of laws that are not stable everywhere."""
+    from tissuec.laws.solid.volume import is_whole
     from tissuec.laws.stability import stable_strains
 
     for field in fields:
-        suspect = [stable_strains(law, LARGEST) is not None for law in field.laws]
+        suspect = [
+            is_whole(law) or stable_strains(law, LARGEST) is not None for law in field.laws
+        ]
         # What yields bears little more than its yield stress.
         numbers = np.flatnonzero(np.array(suspect)[field.law] & ~field.yields)
         if len(numbers):
@@ -290,9 +293,12 @@ def _is_beyond(field: "SolidElements | Membranes", position: Floats) -> NDArray[
     from tissuec.laws.stability import is_stable
 
     first, second = field.invariants(position)
+    (ratio,) = field.seen("ratio", position)
+    lame = np.broadcast_to((field.bulk_modulus / field.shear - 2.0 / 3.0)[:, None], first.shape)
     beyond = np.zeros(field.item_count, dtype=bool)
     for number in np.unique(field.law):
         own = field.law == number
-        stable = is_stable(field.laws[int(number)], first[own], second[own])
+        given = first[own], second[own], ratio[own], lame[own]
+        stable = is_stable(field.laws[int(number)], *given)
         beyond[own] = ~stable.reshape(int(own.sum()), -1).all(axis=1)
     return beyond
