@@ -66,7 +66,7 @@ class Guides(Struct, frozen=True, eq=False):
 
 
 def free_directions(held: Floats, least: float) -> Floats:
-    """Return the projection into the directions at right angles to some, shape (3, 3).
+    """Return the projection, dimensionless, off some directions, shape (3, 3).
 
     Args:
         held: Dimensionless, shape (n, 3).
