@@ -50,7 +50,7 @@ def equations_of(case):
 def test_the_jacobian_is_the_derivative_of_the_rate(case):
     equations, y = equations_of(case)
     random, size = np.random.default_rng(3), 3 * len(equations.free)
-    y[:size] += equations.matrices.mirrored(random.uniform(-3e-4, 3e-4, size))
+    y[:size] += equations.matrices.kept(random.uniform(-3e-4, 3e-4, size))
     found = equations.jacobian(0.0, y).toarray()[size : 2 * size]
     for first, h in ((0, 1e-8), (size, 1e-4)):
         for column in random.choice(size, 12, replace=False):

@@ -174,7 +174,13 @@ def _declared(form: VerbForm, entry: str, *, is_ordered: bool = False) -> Senten
     for word, part, before in form.clauses:
         needs = (*needed, before) if before else tuple(needed)
         if isinstance(part, str):
-            clauses.append(ClauseForm(word, Expected((plain(CHOICE, [part]),)), needs))
+            literal = Expected((plain(CHOICE, [part]),))
+            same = [one for one in clauses if one.word == word]  # as what is along a direction
+            if same:
+                both = together((same[0].expected, literal))
+                clauses[clauses.index(same[0])] = same[0]._replace(expected=both)
+            else:
+                clauses.append(ClauseForm(word, literal, needs))
             continue
         clauses.append(ClauseForm(word, _expected(form, word, part, entry), needs))
         match part:
