@@ -234,6 +234,20 @@ def test_the_stable_step_falls_to_no_less_than_half(kind):
         assert largest_eigenvalue(after) < 4.0 * before
 
 
+@pytest.mark.parametrize("kind", ["hexahedra", "quadratic hexahedra", "wedges", "tetrahedra"])
+def test_so_it_does_where_corners_of_a_body_are_cut_off(kind):
+    """Parts there share no nodes with others, and have eigenvalues of their own."""
+    body, rng = BODIES[kind](), np.random.default_rng(1)
+    before = largest_eigenvalue(body)
+    corners = np.unique(body.parts.nodes[:, : len(body.parts.division.corners)])
+    outer = corners[~body.inner[corners]]
+    for _ in range(12):
+        normal = rng.normal(size=3)
+        heights = (body.position - body.position[rng.choice(outer)]) @ normal
+        after, _ = body.cut(heights / np.linalg.norm(normal) - 10.0 ** rng.uniform(-5.0, -0.5))
+        assert largest_eigenvalue(after) < 4.0 * before
+
+
 def test_small_parts_of_tetrahedra_take_volume_over():
     body = Body.random(2)
     corner = body.position[body.parts.nodes[0, 0]]
