@@ -128,4 +128,5 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
 
 
 def test_threads_change_no_bit(threads_in_small_nets):
-    same_on_two_threads(compiled_scene(scene(SLIT, SMALL, 0, LOGGED)), "force of base")
+    fine = LATTICE.replace("cell = 2 mm", "cell = 1 mm")
+    same_on_two_threads(compiled_scene(scene(SLIT, fine, 0, LOGGED)), "force of base")

@@ -259,7 +259,11 @@ STORED = [(name, volume) for name in KEEPING for volume in VOLUMES]
 STORED += [(name, None) for name in SAMPLES if name not in KEEPING]
 
 
-@pytest.mark.parametrize(("name", "volume"), STORED)
+#: The energy of Saint Venant and Kirchhoff is a function of FᵀF, the same inside out.
+TURNED = [one for one in STORED if one[0] != "saint venant kirchhoff"]
+
+
+@pytest.mark.parametrize(("name", "volume"), TURNED)
 def test_a_cube_that_is_turned_inside_out_stores_ever_more(name, volume):
     elements, places = bar((1, 1, 1), (1.0, 1.0, 1.0), 0.3, law_of(name, volume))
     heights = np.linspace(1.0, -1.5, 51)

@@ -99,7 +99,7 @@ def test_every_form_of_every_verb_can_be_written():
                 lasts = "using" in order or "along line" in order
                 orders.append(f"{'from 0.1 s to 0.2 s' if lasts else 'at 0.1 s'}: {order}")
     assert len(orders) > 100
-    found, allowed = {}, ("TIS309", "TIS401", "TIS402")
+    found, allowed = {}, ("TIS309", "TIS401", "TIS402", "W504")
     for first in range(0, len(orders), 8):
         found |= findings(orders[first : first + 8])
     # What is wrong is not the sentence, but what the net or the order of events permits.

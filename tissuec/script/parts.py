@@ -375,7 +375,7 @@ def direction(word: str, example: str = "(0, 0, 1)") -> DirectionClause:
 
 
 #: Of what is held in one direction, and of what is held in all but one.
-Along = Annotated[Floats | None, direction("along", "(1, 0, 0)")]
+Along = Annotated[Floats | None, direction("along", "(0, 0, 1)")]
 Across = Annotated[Floats | None, direction("across", "(1, 0, 0)")]
 
 

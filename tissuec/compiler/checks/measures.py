@@ -142,7 +142,7 @@ def _has_fluid(compiled: Compiled) -> bool:
 def _is_supported(compiled: Compiled, subject: Subject) -> bool:
     """Return whether any force on nodes of a subject comes from elsewhere."""
     network, plan = compiled.network, compiled.plan
-    if subject.nodes is None or network.contact is not None:
+    if subject.nodes is None or network.contact is not None or network.guides is not None:
         return True
     if any(block.kind not in _INNER for block in network.blocks):
         return True
@@ -160,7 +160,7 @@ def _is_held(compiled: Compiled, subject: Subject) -> bool:
     if is_whole or network.contact is not None:
         return True
     inside = _chosen(compiled, subject)
-    if state_at_start(compiled).held[inside].any():
+    if state_at_start(compiled).held[inside].any() or network.guides is not None:
         return True
     if any(block.kind not in _INNER for block in network.blocks):
         return True
