@@ -80,6 +80,14 @@ def test_only_what_is_indefinite_is_clamped(wrong):
     assert np.abs(found - expected).max() <= 1e-10 * np.abs(matrices).max()
 
 
+def test_matrices_of_places_without_an_energy_are_left_alone():
+    """Exponential laws overflow far away, where Newton's method does not stay."""
+    matrices = np.array([np.diag([1.0, -1.0]), np.full((2, 2), np.nan), np.eye(2)])
+    found = without_negative(matrices)
+    assert np.array_equal(found[::2], [np.diag([1.0, 0.0]), np.eye(2)])
+    assert np.isnan(found[1]).all()
+
+
 def test_energies_of_many_elements_of_a_curve_are_those_of_a_few(monkeypatch):
     """No kernel can find them."""
     field, drawn = lattice()

@@ -202,7 +202,8 @@ POSITIVE = 1e-11  # of the largest entry: rounding that counts as positive semid
 def without_negative(matrices: Floats) -> Floats:
     """Return symmetric matrices with zero in place of negative eigenvalues.
 
-    Those that have none stay as they are, which costs much less.
+    Those that have none stay as they are, which costs much less, and so do those that are not
+    finite, which whoever solves with them refuses.
 
     Args:
         matrices: In any unit, shape (…, n, n).
@@ -210,7 +211,8 @@ def without_negative(matrices: Floats) -> Floats:
     size = matrices.shape[-1]
     found = matrices.reshape(-1, size, size).copy()
     top = POSITIVE * np.abs(found).max(axis=(1, 2), initial=0.0)
-    rest = np.flatnonzero(~_are_positive(found + top[:, None, None] * np.eye(size)))
+    is_known = np.isfinite(top)
+    rest = np.flatnonzero(is_known & ~_are_positive(found + top[:, None, None] * np.eye(size)))
     if len(rest):
         value, way = np.linalg.eigh(found[rest])
         found[rest] = (way * np.maximum(value, 0.0)[:, None, :]) @ way.swapaxes(1, 2)

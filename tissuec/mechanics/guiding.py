@@ -47,8 +47,8 @@ class DirectedHold(Struct, frozen=True, eq=False):
     @property
     def key(self) -> str:
         """Return the name under which a state keeps it, and its motion."""
-        ways = "; ".join(" ".join(f"{x:.12g}" for x in row + 0.0) for row in self.directions)
-        return f"{self.holder} in {ways}"
+        rows = (", ".join(f"{x:.12g}" for x in row + 0.0) for row in self.directions)
+        return f"{self.holder} along {' and '.join(f'({row})' for row in rows)}"
 
 
 def overlap(one: Floats | None, other: Floats | None) -> bool:
