@@ -14,7 +14,6 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.core.structs import replace
-from tissuec.forces.matrices import diagonal
 from tissuec.model.guides import Floats, Guides, Indices, free_directions
 
 if TYPE_CHECKING:
@@ -122,6 +121,8 @@ def free_projection(guides: Guides, number: Indices, size: int) -> "csr_matrix":
         size: How many may move.
     """
     from scipy.sparse import csr_matrix, identity
+
+    from tissuec.forces.matrices import diagonal  # where there are matrices
 
     across = diagonal(np.eye(3) - guides.projections, number[guides.nodes], size)
     return csr_matrix(identity(3 * size, format="csr") - across)
